@@ -92,35 +92,39 @@ TickResult ArmController::step(const OwnArmFeedback& feedback, std::span<const A
                                std::span<const world::ObstacleState> obstacles, bool hold) {
   if (!feedback.follows) forget_setpoint();
   std::optional<JointVector> tracking_error;
-  const auto reference = sent_.reference(feedback.setpoint, feedback.setpoint_age);
+  const auto reference = sent_.reference(feedback.setpoint, feedback.setpoint_age - feedback.tracking_delay);
   if (reference) tracking_error = feedback.state.q - reference->q;
-  return step_from(dead_reckoned(geometry_.own_arm().limits, feedback, dt_), tracking_error, arms, obstacles, hold);
+  TickInput input;
+  input.arms = arms;
+  input.obstacles = obstacles;
+  input.hold = hold;
+  input.speed_scaling = feedback.speed_scaling;
+  return step_from(dead_reckoned(geometry_.own_arm().limits, feedback, dt_), tracking_error, std::move(input));
 }
 
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
   std::optional<JointVector> tracking_error;
   if (setpoint_) tracking_error = measured.q - setpoint_->q;
-  return step_from(measured, tracking_error, arms, obstacles, hold);
+  TickInput input;
+  input.arms = arms;
+  input.obstacles = obstacles;
+  input.hold = hold;
+  return step_from(measured, tracking_error, std::move(input));
 }
 
 TickResult ArmController::step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
-                                    std::span<const ArmObservation> arms,
-                                    std::span<const world::ObstacleState> obstacles, bool hold) {
+                                    TickInput input) {
   const bool follows = setpoint_ && tracking_error && tracking_error->cwiseAbs().maxCoeff() <= kLostTrack;
   if (!follows) setpoint_ = measured;
 
-  TickInput input;
   input.dt = dt_;
   input.q = setpoint_->q;
   input.qd = setpoint_->qd;
   if (follows) input.tracking_error = *tracking_error;
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
-  if ((input.has_goal || aim_) && !hold) select_target(input.q);
-  input.hold = hold;
-  input.arms = arms;
-  input.obstacles = obstacles;
+  if ((input.has_goal || aim_) && !input.hold) select_target(input.q);
   TickResult result = guide_ ? tick_by_guide(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
     result.status = TickStatus::kFollowingPlan;
@@ -159,14 +163,16 @@ TickResult ArmController::tick_by_guide(TickInput& input) {
   return result;
 }
 
-/// Velocities between the wanted one and braking satisfy the rows and limits, too, because both sets are convex.
-void ArmController::stay_where_guided(const TickInput& input, TickResult& result) const {
+/// Velocities between the wanted one and braking satisfy the rows and limits, too, because both sets are convex. Their
+/// stop paths are checked anew.
+void ArmController::stay_where_guided(const TickInput& input, TickResult& result) {
   if (guide_->may_go(input.q, result.q, result.qd)) return;
   const JointVector wanted = result.qd;
   const JointVector braking = braking_velocity(geometry_.own_arm().limits, input.qd, input.dt);
   for (const double share : {0.5, 0.25, 0.0}) {
     result.qd = braking + share * (wanted - braking);
     result.q = input.q + 0.5 * (input.qd + result.qd) * input.dt;
+    if (share > 0.0 && !stop_path_is_clear(result.qd, scratch_)) continue;
     if (guide_->may_go(input.q, result.q, result.qd)) return;
   }
 }

@@ -43,8 +43,8 @@ class ArmController {
 
   /// Plans one control period. The set-point continues from the last one. If the measured position deviates from its
   /// reference by more than 0.05 rad or m, the set-point starts again from the measured state. The reference is the
-  /// set-point that the drive had at that time (docs/design/0006-latency-compensation.md, "The own arm"). Allocates
-  /// only in a guide.
+  /// set-point that the drive had at that time, less the drive's tracking delay
+  /// (docs/explanation/0006-latency-compensation.md, "The own arm"). Allocates only in a guide.
   TickResult step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
   /// Records that the last period's set-point was sent under this number. Numbers grow.
@@ -84,13 +84,13 @@ class ArmController {
 
  private:
   /// `tracking_error`: measured minus reference position [rad | m]; empty: the drive follows none of the set-points.
+  /// `input`: with arms, obstacles, hold and speed scaling.
   TickResult step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
-                       std::span<const ArmObservation> arms, std::span<const world::ObstacleState> obstacles,
-                       bool hold);
+                       TickInput input);
 
   void select_target(const JointVector& q);
   [[nodiscard]] TickResult tick_by_guide(TickInput& input);
-  void stay_where_guided(const TickInput& input, TickResult& result) const;
+  void stay_where_guided(const TickInput& input, TickResult& result);
 
   CellGeometry geometry_;
   LocalParameters parameters_;

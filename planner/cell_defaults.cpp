@@ -22,7 +22,9 @@ constexpr double kSelfClearance = 0.05;
 constexpr double kMiddleWeight = 0.1;
 /// Chosen homes keep this much more than the security distance from everything else [m].
 constexpr double kRestMargin = 0.03;
-constexpr int kReachSamples = 20000;
+constexpr int kReachSamples = 20000;  ///< of one arm
+constexpr int kLeastReachSamples = 2000;
+constexpr int kAllReachSamples = 80000;  ///< of all arms, if that leaves enough for each
 /// Edge of the voxels that compare the reach of arms, as a share of the shortest reach.
 constexpr double kVoxel = 0.125;
 constexpr std::size_t kLeastVoxels = 4;
@@ -148,20 +150,32 @@ struct CommonReach {
   std::vector<Voxel> voxels;
 };
 
-CommonReach sample_reach(const Cell& cell, bool of_each_arm) {
+/// Positions of the arm's tool in postures within the limits, with its base at X_WB [m].
+std::vector<Eigen::Vector3d> sample_tool(const Arm& arm, const Pose& X_WB, int samples) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(samples);
+  Kinematics kinematics;
+  Random random(1);
+  for (int sample = 0; sample < samples; ++sample) {
+    forward_kinematics(*arm.model, X_WB, draw(arm.limits, random), kinematics);
+    points.push_back(kinematics.X_WT.translation());
+  }
+  return points;
+}
+
+using ToolPoints = std::vector<std::vector<Eigen::Vector3d>>;  ///< of each arm
+
+CommonReach common_reach(const Cell& cell, const ToolPoints& points, double lowest) {
   CommonReach reach;
   reach.edge = std::numeric_limits<double>::infinity();
   for (const PlannedArm& planned : cell.arms) {
     reach.edge = std::min(reach.edge, std::max(1e-3, kVoxel * arm_reach(planned.arm).tool));
   }
   std::map<Voxel, std::size_t> arms_before;  // voxels that each arm so far reaches: their number
-  Kinematics kinematics;
   for (std::size_t i = 0; i < cell.arms.size(); ++i) {
-    const Arm& arm = cell.arms[i].arm;
-    Random random(1);
-    for (int sample = 0; sample < kReachSamples; ++sample) {
-      forward_kinematics(*arm.model, of_each_arm ? Pose::Identity() : arm.X_WB, draw(arm.limits, random), kinematics);
-      const Eigen::Vector3d p = kinematics.X_WT.translation() / reach.edge;
+    for (const Eigen::Vector3d& point : points[i]) {
+      if (point.z() < lowest) continue;
+      const Eigen::Vector3d p = point / reach.edge;
       const Voxel voxel{std::lround(p.x()), std::lround(p.y()), std::lround(p.z())};
       if (i == 0) arms_before.emplace(voxel, 0);
       const auto found = arms_before.find(voxel);
@@ -172,6 +186,11 @@ CommonReach sample_reach(const Cell& cell, bool of_each_arm) {
     if (arms == cell.arms.size()) reach.voxels.push_back(voxel);
   }
   return reach;
+}
+
+/// To whole millimetres [m].
+double rounded(double value) {
+  return 1e-3 * std::round(1e3 * value);
 }
 
 /// Finds the greatest cylinder along z that all arms reach.
@@ -210,9 +229,8 @@ class CylinderSearch {
     }
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& middle : middles) centre += middle / static_cast<double>(middles.size());
-    const auto rounded = [](double value) { return 1e-3 * std::round(1e3 * value); };
     TaskArea area;
-    area.centre = (reach_.edge * centre).unaryExpr(rounded);
+    area.centre = (reach_.edge * centre).unaryExpr(&rounded);
     area.radius = std::max(1e-3, rounded(kInside * reach_.edge * (voxels + 0.5)));  // half a voxel: the middle one
     area.half_height = rounded(flatness_ * area.radius);
     return area;
@@ -277,17 +295,57 @@ class CylinderSearch {
   std::vector<Offset> offsets_;  ///< by radius
 };
 
+/// Lowers top and raises bottom to the heights that all arms reach above the disc.
+void limit_height(const ToolPoints& points, double lowest, TaskArea& area) {
+  double bottom = std::max(lowest, area.centre.z() - area.half_height);
+  double top = area.centre.z() + area.half_height;
+  for (const std::vector<Eigen::Vector3d>& of_arm : points) {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (const Eigen::Vector3d& point : of_arm) {
+      if ((point - area.centre).head<2>().norm() > area.radius) continue;
+      least = std::min(least, point.z());
+      most = std::max(most, point.z());
+    }
+    bottom = std::max(bottom, least);
+    top = std::min(top, most);
+  }
+  const double half_height = 0.5 * (top - bottom);
+  if (half_height < 0.0 || half_height > area.half_height - 1e-3) return;
+  area.centre.z() = rounded(bottom + half_height);
+  area.half_height = std::floor(1e3 * half_height) * 1e-3;
+}
+
+/// The area in the common reach of all arms; empty if there is none.
+std::optional<TaskArea> area_within(const Cell& cell, const ToolPoints& points, double lowest) {
+  const CommonReach reach = common_reach(cell, points, lowest);
+  if (reach.voxels.size() < kLeastVoxels) return std::nullopt;
+  TaskArea area = CylinderSearch(reach).find();
+  limit_height(points, lowest, area);
+  return area;
+}
+
 }  // namespace
 
 std::optional<TaskArea> default_task_area(const Cell& cell) {
-  for (const bool of_each_arm : {false, true}) {
-    const CommonReach reach = sample_reach(cell, of_each_arm);
-    if (reach.voxels.size() < kLeastVoxels) continue;
-    TaskArea area = CylinderSearch(reach).find();
-    area.of_each_arm = of_each_arm;
-    return area;
+  constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
+  const int arms = std::max(1, static_cast<int>(cell.arms.size()));
+  const int samples = std::clamp(kAllReachSamples / arms, kLeastReachSamples, kReachSamples);
+  ToolPoints points;
+  for (const PlannedArm& planned : cell.arms) points.push_back(sample_tool(planned.arm, planned.arm.X_WB, samples));
+  std::optional<TaskArea> area = area_within(cell, points, kAnyHeight);
+  const auto stands = [&](const PlannedArm& planned) {
+    return planned.arm.X_WB.translation().z() >= cell.scene.floor_z;
+  };
+  const double floor = cell.scene.floor_z;
+  if (area && area->centre.z() - area->half_height < floor && std::all_of(cell.arms.begin(), cell.arms.end(), stands)) {
+    if (const auto above = area_within(cell, points, floor)) area = above;
   }
-  return std::nullopt;
+  if (area) return area;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = sample_tool(cell.arms[i].arm, Pose::Identity(), samples);
+  area = area_within(cell, points, kAnyHeight);
+  if (area) area->of_each_arm = true;
+  return area;
 }
 
 }  // namespace hecaton::planner

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/stop_path_check.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
@@ -68,6 +69,32 @@ void retreat(QpProblem& problem, const JointVector& allowed, QpSolution& solutio
   problem.h = h;
 }
 
+/// The velocity for a command `refused` whose stop path is not clear. First the nearest one beyond planes that cut the
+/// refused ones off, so that joints outside the pair go on. Else one on the way to `braking`, whose path the last
+/// period has checked: the velocities in between satisfy the rows and limits that both satisfy, because these are
+/// convex.
+JointVector stoppable(StopPathCheck& stop_path, QpProblem& problem, const VelocityBounds& bounds,
+                      const JointVector& braking, const JointVector& refused) {
+  constexpr int kCuts = 3;
+  problem.target = refused;
+  problem.lower = bounds.lower;
+  problem.upper = bounds.upper;
+  relax(problem, refused);
+  for (int cut = 0; cut < kCuts && stop_path.refused(); ++cut) {
+    const Row row = stop_path.cut();
+    QpWarmStart cold;
+    if (!problem.add_row(row.g, row.h, row.key)) break;
+    const QpSolution beyond = solve(problem, cold);
+    if (beyond.status != QpStatus::kOptimal) break;
+    if (stop_path.is_clear(beyond.x)) return beyond.x;
+  }
+  for (const double share : {0.5, 0.25}) {
+    const JointVector slower = braking + share * (refused - braking);
+    if (stop_path.is_clear(slower)) return slower;
+  }
+  return braking;
+}
+
 int strongest_row(const QpSolution& solution) {
   int row = -1;
   double most = 0.0;
@@ -82,6 +109,34 @@ int strongest_row(const QpSolution& solution) {
 
 bool inside(const VelocityBounds& bounds, const JointVector& qd) {
   return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
+}
+
+/// What the first step of plan_locally() leaves to the second.
+struct Intention {
+  const JointVector& velocity;
+  bool relaxed;  ///< it violates a row
+  const VelocityBounds& bounds;
+  const JointVector& braking;  ///< the velocity that brakes hardest
+};
+
+/// The commanded velocity is the nearest one to the intention that the acceleration limits allow in one period. The arm
+/// can stop from it without touching itself.
+void command(const LocalInput& input, const Intention& intended, QpProblem& problem, LocalMemory& memory,
+             LocalResult& result) {
+  const JointVector& braking = intended.braking;
+  const VelocityBounds reachable =
+      intersect(intended.bounds, acceleration_bounds(input.limits, input.qd, braking, input.dt), braking);
+  if (!intended.relaxed && inside(reachable, intended.velocity)) {
+    result.qd = intended.velocity;
+  } else {
+    QpSolution commanded = project(problem, intended.velocity, reachable, braking, memory.commanded, result.relaxed);
+    if (result.relaxed) retreat(problem, braking, commanded);
+    result.qd = commanded.x;
+  }
+  if (input.stop_path != nullptr && result.qd != braking && !input.stop_path->is_clear(result.qd)) {
+    result.too_close = input.stop_path->refused();
+    result.qd = stoppable(*input.stop_path, problem, reachable, braking, result.qd);
+  }
 }
 
 /// A detour ends near its way-point, after its time, or when it is blocked. An evasion ends after its time only.
@@ -196,15 +251,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   // On the boundary no row has a multiplier: the followed row binds.
   if (result.following && memory.deviation.row >= 0) result.binding_row = memory.deviation.row;
 
-  const VelocityBounds reachable =
-      intersect(bounds, acceleration_bounds(input.limits, input.qd, braking, input.dt), braking);
-  if (!intention_relaxed && inside(reachable, intended.x)) {
-    result.qd = intended.x;
-  } else {
-    QpSolution commanded = project(problem, intended.x, reachable, braking, memory.commanded, result.relaxed);
-    if (result.relaxed) retreat(problem, braking, commanded);
-    result.qd = commanded.x;
-  }
+  command(input, {intended.x, intention_relaxed, bounds, braking}, problem, memory, result);
 
   const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();
   const bool waits = memory.detour.active && memory.detour.stays;

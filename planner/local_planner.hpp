@@ -2,7 +2,9 @@
 /// The reactive planner of one arm: from constraints and a goal to the next joint velocity.
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "planner/local/parameters.hpp"
 #include "planner/local/right_of_way.hpp"
@@ -11,6 +13,8 @@
 #include "planner/qp/dense_qp.hpp"
 
 namespace hecaton::planner {
+
+class StopPathCheck;
 
 enum class ManoeuvreKind : std::uint8_t {
   kContinue,  ///< keep following the boundary or moving straight
@@ -51,6 +55,7 @@ struct LocalInput {
   int self = 0;                               ///< index of the own arm
   bool has_goal = true;                       ///< q_goal is a goal
   const MethodScene* scene = nullptr;         ///< passed to the method; may be null
+  StopPathCheck* stop_path = nullptr;         ///< begun in this period; null: the command is not checked, as in tests
 };
 
 /// Memory of the local planner between periods. A value: rollouts copy it.
@@ -82,12 +87,15 @@ struct LocalResult {
   int yields_to = -1;             ///< index of the arm that the own arm makes room for; −1: none
   bool blocked = false;           ///< no noticeable motion for 0.5 s away from the goal
   bool relaxed = false;           ///< the rows require more than the acceleration limits allow
-  int binding_row = -1;           ///< the row with the largest multiplier; −1: no row limits the motion
+  /// Own bodies that the stop path of the velocity within the rows would bring too close; another one was taken.
+  std::optional<std::pair<int, int>> too_close;
+  int binding_row = -1;  ///< the row with the largest multiplier; −1: no row limits the motion
 };
 
 /// Plans one period. The result always satisfies the velocity and acceleration limits. It satisfies every row that the
 /// stop profile can satisfy. Otherwise (`relaxed`) no row is violated by more than the stop profile violates it, and
-/// the arm retreats from approaching bodies as far as its limits allow.
+/// the arm retreats from approaching bodies as far as its limits allow. The stop path of the result is clear, or the
+/// result brakes on the stop profile.
 [[nodiscard]] LocalResult plan_locally(const LocalInput& input, LocalMemory& memory);
 
 }  // namespace hecaton::planner

@@ -1,6 +1,7 @@
 #include "planner/local_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "planner/local/latency_compensation.hpp"
 #include "planner/model/kinematics.hpp"
@@ -19,7 +20,7 @@ std::vector<CarriedBall> carried_balls(const RobotModel& model, const Kinematics
     ball.X_WL = kinematics.X_WL[body.link].data();
     for (int i = 0; i < 3; ++i) ball.centre_L[i] = body.bound.centre[i];
     ball.radius = body.bound.radius;
-    ball.joints = joints_before(model, body.link);
+    ball.axes = axes_before(model, body.link);
   }
   return balls;
 }
@@ -31,25 +32,32 @@ double radius_of(const std::vector<Body>& bodies) {
   return reach;
 }
 
-/// Bound of the speed of any point per unit joint rate, for revolute [m] and prismatic [1] joints.
+/// Bound of the speed of any point per unit joint rate, for revolute [m] and prismatic [1] joints. The axes of a joint
+/// with followers move it together.
 double longest_lever(const CellGeometry& geometry, int arm) {
-  return std::max(1.0, 2.0 * geometry.arm_reach(arm).radius);
+  const RobotModel& model = *geometry.arms()[arm].model;
+  JointVector gain = JointVector::Zero(model.joints());
+  for (const Link& link : model.links) {
+    if (link.joint >= 0) gain[link.joint] += std::abs(link.multiplier);
+  }
+  return std::max(1.0, 2.0 * geometry.arm_reach(arm).radius) * std::max(1.0, gain.maxCoeff());
 }
 
 /// Places an arm's balls and bounds the speed of their points for joint rates up to `speed`.
-void bound_speeds(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
+void bound_speeds(const RobotModel& model, const Kinematics& kinematics, const JointVector& speed,
+                  std::vector<CarriedBall>& balls) {
   static const SpeedKernel kernel = fastest(baseline::bound_speeds, avx2::bound_speeds);
   const auto& w = kinematics.angular_W;
   const auto& v = kinematics.linear_W;
-  std::array<double, kMaxJoints> padded;
-  for (Eigen::Index j = 0; j < speed.size(); ++j) padded[j] = speed[j];
-  std::fill(padded.begin() + speed.size(), padded.end(), 0.0);
-  kernel({{w[0].data(), w[1].data(), w[2].data()}, {v[0].data(), v[1].data(), v[2].data()}}, padded.data(),
+  std::array<double, kMaxJoints> speeds;
+  axis_speeds(model, speed, speeds);
+  kernel({{w[0].data(), w[1].data(), w[2].data()}, {v[0].data(), v[1].data(), v[2].data()}}, speeds.data(),
          balls.data(), static_cast<int>(balls.size()));
 }
 
-double fastest_point(const Kinematics& kinematics, const JointVector& speed, std::vector<CarriedBall>& balls) {
-  bound_speeds(kinematics, speed, balls);
+double fastest_point(const RobotModel& model, const Kinematics& kinematics, const JointVector& speed,
+                     std::vector<CarriedBall>& balls) {
+  bound_speeds(model, kinematics, speed, balls);
   double fastest = 0.0;
   for (const CarriedBall& ball : balls) fastest = std::max(fastest, ball.fastest);
   return fastest;
@@ -159,7 +167,7 @@ void LocalScene::update_self(const CellGeometry& geometry, const LocalParameters
   const Arm& arm = geometry.own_arm();
   std::vector<CarriedBall>& balls = balls_of_arm_[geometry.self()];
   forward_kinematics(*arm.model, arm.X_WB, input.q, own_);
-  own_fastest_ = fastest_point(own_, fastest, balls);
+  own_fastest_ = fastest_point(*arm.model, own_, fastest, balls);
   for (std::size_t i = 0; i < own_speed_.size(); ++i) own_speed_[i] = balls[i].fastest;
   reach_of_self_ = reach_of(parameters.damper.against_self(stop_times_[geometry.self()] + input.dt), 0.0, 0.0, 1.0);
 }
@@ -177,7 +185,9 @@ void LocalScene::update_arms(const CellGeometry& geometry, const LocalParameters
     extrapolate(arm.limits, other);
     const bool row_ignores_its_motion = other.plans && other.age <= 0.0;
     (row_ignores_its_motion ? place_links : forward_kinematics)(*arm.model, arm.X_WB, other.q, arms_[i]);
-    const auto fastest = [&](const JointVector& speed) { return fastest_point(arms_[i], speed, balls_of_arm_[i]); };
+    const auto fastest = [&](const JointVector& speed) {
+      return fastest_point(*arm.model, arms_[i], speed, balls_of_arm_[i]);
+    };
     const Damper damper = parameters.damper.against_others(stop_times_[i] + input.dt);
     const double margin = other.lost()      ? update_body_uncertainty(i, other.position_uncertainty)
                           : other.age > 0.0 ? position_uncertainty(fastest(arm.limits.acceleration), other.age)

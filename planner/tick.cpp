@@ -8,6 +8,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/latency_compensation.hpp"
+#include "planner/local/stop_path_check.hpp"
 #include "planner/local_scene.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -15,10 +16,11 @@ namespace hecaton::planner {
 
 struct TickScratch::Storage {
   explicit Storage(const CellGeometry& geometry)
-      : scene(geometry), distance(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
+      : scene(geometry), distance(geometry), stop_path(geometry), clearances(kMaxRows), arms(geometry.arms().size()) {}
 
   LocalScene scene;
   ExactDistance distance;
+  StopPathCheck stop_path;
   std::vector<Clearance> clearances;
   std::array<Row, kMaxRows> rows;
   std::unique_ptr<MethodWorkspace> of_method;
@@ -35,6 +37,7 @@ TickScratch& TickScratch::operator=(TickScratch&&) noexcept = default;
 void TickScratch::rebuild(const CellGeometry& geometry) {
   storage_->scene.rebuild(geometry);
   storage_->distance.rebuild(geometry);
+  storage_->stop_path = StopPathCheck(geometry);
   if (storage_->of_method) storage_->of_method->rebuild(geometry);
 }
 
@@ -64,11 +67,18 @@ bool can_give_way(const CellGeometry& geometry, const LocalParameters& parameter
                      [&](const auto& obstacle) { return obstacle.age <= parameters.state_age_limit; });
 }
 
-/// Limits the velocity near obstacles so that every stop takes at most `stop_time` [s]. Fills `slower` only if needed.
-const JointLimits& limits_near(const JointLimits& limits, double stop_time, JointLimits& slower) {
-  if (longest_stop_time(limits) <= stop_time) return limits;
+/// A device that executes nothing any more still has limits above 0.
+constexpr double kSlowest = 0.01;
+
+/// Limits the velocity near obstacles so that every stop takes at most `stop_time` [s], and everywhere to the share
+/// that the device executes. Fills `slower` only if needed.
+const JointLimits& limits_near(const JointLimits& limits, double stop_time, double speed_scaling, JointLimits& slower) {
+  const bool stops_in_time = longest_stop_time(limits) <= stop_time;
+  if (stops_in_time && speed_scaling >= 1.0) return limits;
   slower = limits;
-  slower.velocity = limits.velocity.cwiseMin(limits.acceleration * stop_time);
+  if (!stops_in_time) slower.velocity = limits.velocity.cwiseMin(limits.acceleration * stop_time);
+  if (speed_scaling < 1.0)
+    slower.velocity = slower.velocity.cwiseMin(limits.velocity * std::max(speed_scaling, kSlowest));
   return slower;
 }
 
@@ -83,7 +93,7 @@ struct BuiltRows {
 /// this many times as fast as the row asks. The factor leaves joints for other rows.
 constexpr double kSpareFlight = 4.0;
 /// Stops may then take this many times longer. A single immediate stop still ends before contact
-/// (docs/design/0001-braking.md, "Flight").
+/// (docs/explanation/0001-braking.md, "Flight").
 constexpr double kLongerInFlight = 2.0;
 
 bool retreats_within(const JointLimits& limits, const Row& row, double stop_time) {
@@ -142,17 +152,28 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointVector fastest = (input.qd.cwiseAbs() + arm.limits.acceleration * input.dt).cwiseMin(arm.limits.velocity);
   s.scene.update(geometry, parameters, input, fastest);
   const int near = s.distance.clearances(s.scene.poses(), s.scene.influence(), s.clearances);
+  const std::span<const Clearance> clearances = std::span(s.clearances).first(near);
+  s.stop_path.begin(geometry, parameters.damper, {input.q, input.qd, input.tracking_error, input.dt, clearances});
   const DamperScene scene = s.scene.scene(geometry, parameters, input, s.distance);
-  const BuiltRows rows = build_rows(scene, fastest, std::span(s.clearances).first(near), s.rows);
+  const BuiltRows rows = build_rows(scene, fastest, clearances, s.rows);
   JointLimits slower;
-  const JointLimits& limits = limits_near(arm.limits, rows.stop_time, slower);
+  const JointLimits& limits = limits_near(arm.limits, rows.stop_time, input.speed_scaling, slower);
 
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
   const MethodScene method_scene{geometry,   s.scene.poses(),  input.arms, parameters.damper.self_security_distance,
                                  s.distance, s.of_method.get()};
-  const LocalInput local_input{
-      limits,     parameters,      input.q,        input.qd,     q_goal, input.dt, std::span(s.rows).first(rows.count),
-      input.arms, geometry.self(), input.has_goal, &method_scene};
+  const LocalInput local_input{limits,
+                               parameters,
+                               input.q,
+                               input.qd,
+                               q_goal,
+                               input.dt,
+                               std::span(s.rows).first(rows.count),
+                               input.arms,
+                               geometry.self(),
+                               input.has_goal,
+                               &method_scene,
+                               &s.stop_path};
   const LocalResult local = plan_locally(local_input, memory.local);
 
   TickResult result;
@@ -169,6 +190,13 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   if (local.binding_row >= 0) {
     result.has_binding = true;
     result.binding = s.clearances[s.rows[local.binding_row].clearance];
+  } else if (local.too_close) {
+    const auto is_pair = [&](const Clearance& c) {
+      return c.counterpart == Counterpart::kSelf && std::pair(c.own_body, c.other_body) == *local.too_close;
+    };
+    const auto found = std::find_if(clearances.begin(), clearances.end(), is_pair);
+    result.has_binding = found != clearances.end();
+    if (result.has_binding) result.binding = *found;
   }
   const bool at_goal = input.has_goal &&
                        joint_difference(limits, input.q, q_goal).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
@@ -211,6 +239,7 @@ TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& para
 
 TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                 TickMemory& memory, TickScratch& scratch) {
+  scratch.storage().stop_path.end();
   if (input.hold) return brake(geometry, input, TickStatus::kHolding);
   const int stale = find_stale(geometry, parameters, input);
   if (stale == kNone) return plan(geometry, parameters, input, memory, scratch);
@@ -220,6 +249,10 @@ TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters,
   result.status = TickStatus::kStaleInput;
   result.stale_arm = stale;
   return result;
+}
+
+bool stop_path_is_clear(const JointVector& qd_next, TickScratch& scratch) {
+  return scratch.storage().stop_path.is_clear(qd_next);
 }
 
 }  // namespace hecaton::planner

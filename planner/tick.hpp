@@ -23,6 +23,7 @@ struct TickInput {
   JointVector q_goal;          ///< [rad | m]; ignored without goal
   bool has_goal = false;       ///< false: the arm keeps its position, but gives way
   bool hold = false;           ///< the arm brakes on its stop profile and stays
+  double speed_scaling = 1.0;  ///< share of the velocity limits that the device executes, 0 to 1
   std::span<const ArmObservation> arms;
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the geometry
 };
@@ -88,5 +89,9 @@ class TickScratch {
 /// Plans one control period of `geometry.own_arm()`. `scratch` must be built for `geometry`.
 [[nodiscard]] TickResult tick(const CellGeometry& geometry, const LocalParameters& parameters, const TickInput& input,
                               TickMemory& memory, TickScratch& scratch);
+
+/// For a caller that changes the velocity of the last tick() with this scratch: true if the stop path of `qd_next` is
+/// clear (StopPathCheck). False after a tick that only brakes.
+[[nodiscard]] bool stop_path_is_clear(const JointVector& qd_next, TickScratch& scratch);
 
 }  // namespace hecaton::planner

@@ -20,7 +20,7 @@ AREAS = {"2a": [("left", "right"), ("left", "right")],
          "2b": [("left", "right"), ("right", "left")],
          "2c": [("left", "right"), ("right", "middle")],
          "3a": [("left", "right"), ("left", "right"), ("left", "right")]}
-# What `hecaton-strategies search` found for the layout below (docs/strategies.md).
+# What `hecaton-strategies search` found for the layout below (docs/explanation/strategies.md).
 STRATEGIES = {"2a": [(-2, 1, 1), (2, 1, 1)],
               "2b": [(2, 1, 1), (-2, 1, 1)],
               "2c": [(0, 1, 1), (-2, 1, 1)],

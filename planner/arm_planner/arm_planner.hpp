@@ -1,6 +1,6 @@
 #pragma once
 /// The complete planner of one arm: tick, rollouts, replanning and coupled plans in one fixed order
-/// (docs/design/0017-arm-planner.md).
+/// (docs/explanation/0017-arm-planner.md).
 
 #include <cstdint>
 #include <memory>

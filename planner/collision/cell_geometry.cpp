@@ -44,7 +44,7 @@ std::vector<Body> link_bodies(const Arm& arm) {
   std::vector<Body> bodies;
   for (const LinkGeometry& geometry : arm.model->geometry) {
     Body& body = bodies.emplace_back(
-        make_body(geometry.link, -1, joints_before(*arm.model, geometry.link) > 0, geometry.shape, geometry.X_LS));
+        make_body(geometry.link, -1, axes_before(*arm.model, geometry.link) > 0, geometry.shape, geometry.X_LS));
     if (arm.shapes == LinkShapes::kExact || !geometry.capsule) continue;
     const PlacedCapsule& placed = geometry.capsule->placed;
     body.capsule = {placed.capsule, geometry.X_LS * placed.X_FS};
@@ -66,16 +66,11 @@ world::BoundingSphere reach_of(const Arm& arm, const std::vector<Body>& bodies) 
 
 std::vector<int> grasp_links(const RobotModel& model) {
   // The nearest link from the tool towards the root that a joint moves: all links beyond it are rigid with the tool.
-  int moved = model.tool_link;
-  while (moved >= 0 && model.links[moved].joint < 0) moved = model.links[moved].parent;
-  const auto rigid_root = [&](int link) {
-    while (link >= 0 && model.links[link].joint < 0) link = model.links[link].parent;
-    return link;
-  };
-  const int before = moved < 0 ? -1 : rigid_root(model.links[moved].parent);
+  const int moved = moved_link(model, model.tool_link);
+  const int before = moved < 0 ? -1 : moved_link(model, model.links[moved].parent);
   std::vector<int> links;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    const int root = rigid_root(link);
+    const int root = moved_link(model, link);
     if (root == moved || root == before) links.push_back(link);
   }
   return links;
@@ -124,7 +119,7 @@ void CellGeometry::set_obstacles(std::span<const world::Obstacle> obstacles) {
       const Pose X_LS = model.X_LT * obstacle.attachment->X_TO * placed.X_BS;
       const int body = static_cast<int>(arm_bodies_[arm].size());
       arm_bodies_[arm].push_back(
-          make_body(model.tool_link, i, joints_before(model, model.tool_link) > 0, placed.shape, X_LS));
+          make_body(model.tool_link, i, axes_before(model, model.tool_link) > 0, placed.shape, X_LS));
       if (arm != self_) continue;
       for (int other = 0; other < static_cast<int>(model.geometry.size()); ++other) {
         const bool touches =

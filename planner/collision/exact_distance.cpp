@@ -18,6 +18,9 @@ Segment segment(const SweptCore& core, const Pose& X_WS) {
   return {X_WS.translation() - half, X_WS.translation() + half};
 }
 
+/// A segment this near to a cylinder [m] is left to the general method, which also measures overlap.
+constexpr double kClearlyApart = 1e-6;
+
 ShapeDistance core_distance(const SweptCore& a, const Pose& X_WA, const SweptCore& b, const Pose& X_WB) {
   const bool a_is_thin = a.core <= Core::kSegment;
   const bool b_is_thin = b.core <= Core::kSegment;
@@ -26,6 +29,11 @@ ShapeDistance core_distance(const SweptCore& a, const Pose& X_WA, const SweptCor
   if (a_is_thin && b.core == Core::kBox) return segment_box(segment(a, X_WA), b.half, X_WB);
   if (a.core == Core::kPoint && b.core == Core::kCylinder) {
     return point_cylinder(X_WA.translation(), b.half.x(), b.half.z(), X_WB);
+  }
+  if (a_is_thin && b.core == Core::kCylinder) {
+    if (const auto apart = segment_cylinder_apart(segment(a, X_WA), b.half.x(), b.half.z(), X_WB, kClearlyApart)) {
+      return *apart;
+    }
   }
   return convex_distance(a, X_WA, b, X_WB);
 }

@@ -15,8 +15,9 @@ namespace hecaton::planner {
 /// rebuild() it after set_obstacles(). `clearances` does not allocate.
 ///
 /// Accuracy: exact up to rounding for spheres and capsules against each other and against boxes, and for spheres
-/// against cylinders; within 1e-6 m for other pairs. Up to rounding no clearance exceeds the true one. Nearest points
-/// lie on the shapes within 1e-6 m, for cylinders within 1e-4 m (docs/design/0002-distances.md).
+/// against cylinders; within 1e-9 m for capsules whose segment is outside a cylinder; within 1e-6 m for other pairs. Up
+/// to rounding no clearance exceeds the true one. Nearest points lie on the shapes within 1e-6 m, for cylinders within
+/// 1e-4 m (docs/explanation/0002-distances.md).
 class ExactDistance {
  public:
   /// `kernel`: one of the compilations in pass_kernels.hpp, to compare them.

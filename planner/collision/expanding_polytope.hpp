@@ -3,7 +3,7 @@
 /// uses the support function of their Minkowski difference, and storage of fixed size on the stack.
 ///
 /// FCL's EPA uses each face's distance from the origin instead of that of the face's plane. This breaks the polytope
-/// when the origin projects outside a face (docs/design/0002-distances.md). Here every face keeps its plane with a
+/// when the origin projects outside a face (docs/explanation/0002-distances.md). Here every face keeps its plane with a
 /// sign, so that bodies that touch or are slightly apart are no special case.
 
 #include <array>

@@ -59,6 +59,38 @@ Penetration least_penetration(const Vector3d& p, const Vector3d& q, const Vector
   return least;
 }
 
+/// The way from a cylinder's nearest point to a point outside, both in the cylinder's frame.
+struct Outward {
+  Vector3d radial;  ///< unit, across the axis
+  double beyond_side;
+  double beyond_cap;
+  double from_axis;
+
+  Outward(const Vector3d& p, double radius, double half_length)
+      : radial(Vector3d::UnitX()),
+        beyond_side(0.0),
+        beyond_cap(std::max(std::abs(p.z()) - half_length, 0.0)),
+        from_axis(std::sqrt(p.x() * p.x() + p.y() * p.y())) {
+    if (from_axis > 0.0) radial = {p.x() / from_axis, p.y() / from_axis, 0.0};
+    beyond_side = std::max(from_axis - radius, 0.0);
+    beyond_cap = std::copysign(beyond_cap, p.z());
+  }
+  [[nodiscard]] Vector3d way() const { return beyond_side * radial + beyond_cap * Vector3d::UnitZ(); }
+  /// Half the second derivative of the squared distance along `d`.
+  [[nodiscard]] double curvature(const Vector3d& d) const {
+    const double out = radial.dot(d);
+    const double across = d.x() * d.x() + d.y() * d.y() - out * out;
+    double sum = 0.0;
+    if (beyond_side > 0.0) sum += out * out + beyond_side / from_axis * across;
+    if (beyond_cap != 0.0) sum += d.z() * d.z();
+    return sum;
+  }
+};
+
+/// The steps of Newton's method end when the point moves by less [m].
+constexpr double kStill = 1e-12;
+constexpr int kMostSteps = 60;
+
 }  // namespace
 
 ShapeDistance segment_segment(const Segment& a, const Segment& b) {
@@ -127,6 +159,50 @@ ShapeDistance point_cylinder(const Vector3d& p_W, double radius, double half_len
   result.n_W = X_WS.linear() * -outward;
   result.p_a_W = p_W;
   result.p_b_W = p_W + result.distance * result.n_W;
+  return result;
+}
+
+// The squared distance of a point from a convex body is convex, so that along the segment its derivative has one root.
+// Newton's method finds it between two bounds, which close in by half when a step leaves them.
+std::optional<ShapeDistance> segment_cylinder_apart(const Segment& a, double radius, double half_length,
+                                                    const world::Pose& X_WS, double least) {
+  const auto R_SW = X_WS.linear().transpose();
+  const Vector3d p = R_SW * (a.p_W - X_WS.translation());
+  const Vector3d d = R_SW * (a.q_W - a.p_W);
+  const double length = d.norm();
+  const auto outward = [&](double t) { return Outward(p + t * d, radius, half_length); };
+  double low = 0.0;
+  double high = 1.0;
+  double t = 0.0;
+  if (outward(0.0).way().dot(d) < 0.0) {
+    t = 1.0;
+    if (outward(1.0).way().dot(d) > 0.0) {
+      t = std::clamp(-p.dot(d) / (length * length), 0.0, 1.0);  // nearest to the middle of the cylinder
+      for (int round = 0; round < kMostSteps; ++round) {
+        const Outward at = outward(t);
+        const double slope = at.way().dot(d);
+        if (slope == 0.0) break;
+        (slope > 0.0 ? high : low) = t;
+        const double curvature = at.curvature(d);
+        const double step = curvature > 0.0 ? -slope / curvature : 1.0;
+        if (std::abs(step) * length < kStill) break;
+        const double next = t + step;
+        t = next > low && next < high ? next : 0.5 * (low + high);
+        if ((high - low) * length < kStill) break;
+      }
+    }
+  }
+  const Vector3d way = outward(t).way();
+  const double apart = way.norm();
+  if (apart <= least) return std::nullopt;
+  const Vector3d n = way / apart;
+  const double reach = radius * std::sqrt(n.x() * n.x() + n.y() * n.y()) + half_length * std::abs(n.z());
+  ShapeDistance result;
+  result.distance = std::min(n.dot(p), n.dot(p + d)) - reach;
+  if (result.distance <= least) return std::nullopt;
+  result.n_W = X_WS.linear() * -n;
+  result.p_a_W = X_WS * (p + t * d);
+  result.p_b_W = result.p_a_W + result.distance * result.n_W;
   return result;
 }
 

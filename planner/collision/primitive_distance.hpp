@@ -1,6 +1,8 @@
 #pragma once
-/// Signed distances in closed form between segments (points are segments of length 0), boxes and cylinders. All are
+/// Signed distances between segments (points are segments of length 0), boxes and cylinders. Those in closed form are
 /// exact up to rounding, also in penetration. None allocates.
+
+#include <optional>
 
 #include "planner/collision/clearance.hpp"
 #include "world/model/pose.hpp"
@@ -25,5 +27,10 @@ inline constexpr double kTouching = 1e-8;
 /// a: point, b: cylinder of `radius` and `half_length` [m] along z of S.
 [[nodiscard]] ShapeDistance point_cylinder(const Eigen::Vector3d& p_W, double radius, double half_length,
                                            const world::Pose& X_WS);
+
+/// a: segment, b: cylinder of `radius` and `half_length` [m] along z of S. The distance is what the normal proves, and
+/// at most 1e-9 m below the true one. Empty when they overlap or are nearer than `least` [m].
+[[nodiscard]] std::optional<ShapeDistance> segment_cylinder_apart(const Segment& a, double radius, double half_length,
+                                                                  const world::Pose& X_WS, double least);
 
 }  // namespace hecaton::planner

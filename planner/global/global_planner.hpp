@@ -1,5 +1,5 @@
 #pragma once
-/// The interface of a global planner, which finds a path between two configurations, and the registry of planners.
+/// The interface of a global planner, and the registry of planners. A planner finds a path between two configurations.
 /// docs/how-to/add-a-global-planner.md explains how to add one; planner/global/registry.cpp lists Hecaton's.
 
 #include <cstdint>
@@ -15,12 +15,13 @@
 
 namespace hecaton::planner::global {
 
+/// How a query ended.
 enum class PlanStatus {
-  kSolved,
-  kStartInvalid,
-  kGoalInvalid,
-  kBudgetEnded,
-  kStuck,  ///< more time would not help
+  kSolved,        ///< there is a path
+  kStartInvalid,  ///< outside of limits, or not free
+  kGoalInvalid,   ///< outside of limits, or not free
+  kBudgetEnded,   ///< more time might help
+  kStuck,         ///< more time would not help
 };
 
 /// Limits of a search.
@@ -30,35 +31,25 @@ struct Budget {
       ended;  ///< called from time to time; may read a clock, which planners must not. Empty: no limit
 };
 
-/// How straight edges are checked.
-struct EdgeCheck {
-  int finer = 1;           ///< number of configurations, as a multiple of what ValidityOptions::step demands
-  bool proven = false;     ///< also continuously, between configurations (Validity::proven_free)
-  double clearance = 0.0;  ///< if proven: distance to keep from the world beyond the padding [m]
-
-  [[nodiscard]] bool free(const Validity& validity, const float* a, const float* b) const {
-    return validity.edge_free(a, b, finer) && (!proven || validity.proven_free(a, b, clearance));
-  }
-};
-
 /// The trees or the roadmap of a search, for plots.
 struct SearchRecord {
-  Points nodes;
+  Points nodes;                            ///< in the order in which they were found
   std::vector<std::pair<int, int>> edges;  ///< indices of nodes
 };
 
 /// Input of a search. References and pointers are valid during the search. Points are `space.stride` floats [rad | m].
 struct SearchProblem {
-  const Validity& validity;
-  const Space& space;
-  const float* start;  ///< free
-  const float* goal;   ///< free
-  std::uint64_t seed = 1;
-  Budget budget = {};
-  EdgeCheck check = {};
+  const Validity& validity;        ///< counts checks, therefore for one thread
+  const Space& space;              ///< to sample in
+  const float* start;              ///< free
+  const float* goal;               ///< free
+  std::uint64_t seed = 1;          ///< of all random numbers
+  Budget budget = {};              ///< see over()
+  EdgeCheck check = {};            ///< see edge_free()
   SearchRecord* record = nullptr;  ///< filled at the end of the search; may be null
 
-  [[nodiscard]] bool edge_free(const float* a, const float* b) const { return check.free(validity, a, b); }
+  /// The only check of edges that a planner makes.
+  [[nodiscard]] bool edge_free(const float* a, const float* b) const { return validity.edge_free(a, b, check); }
 
   /// True if a search must stop after `iteration` samples. Asks the budget every 64 samples and every kChecksUnasked
   /// checks, because a sample may need many checks.
@@ -72,7 +63,7 @@ struct SearchProblem {
 
   static constexpr std::uint64_t kChecksUnasked = 8192;  ///< a few ms
   mutable std::uint64_t asked_at = 0;                    ///< checks() when the budget was asked last
-  mutable bool ended = false;
+  mutable bool ended = false;                            ///< over() was true
 };
 
 /// A path, or why there is none.
@@ -83,26 +74,27 @@ struct SearchResult {
   std::uint64_t iterations = 0;                  ///< samples drawn
   int nodes = 0;                                 ///< of all trees or of the roadmap
 
-  [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }
+  [[nodiscard]] bool solved() const { return status == PlanStatus::kSolved; }  ///< there is a path
 };
 
+/// What people see of a planner.
 struct PlannerTraits {
   std::string_view name;     ///< in commands and reports
   std::string_view summary;  ///< one phrase, for lists
 };
 
 /// A global planner. Immutable and shared by threads. The planner only searches: plan() (planner/global/plan.hpp)
-/// checks start and goal, proves the path and shortens it.
+/// checks start and goal, and shortens the path.
 class GlobalPlanner {
  public:
-  explicit GlobalPlanner(const PlannerTraits& traits) : traits_(traits) {}
+  explicit GlobalPlanner(const PlannerTraits& traits) : traits_(traits) {}  ///< the texts must outlive the planner
   virtual ~GlobalPlanner() = default;
 
-  [[nodiscard]] const PlannerTraits& traits() const { return traits_; }
+  [[nodiscard]] const PlannerTraits& traits() const { return traits_; }  ///< as given
 
-  /// Must check edges by problem.edge_free() only, return soon after problem.over() holds, and draw all random numbers
-  /// from problem.seed: the same problem gives the same result to the last bit. No clock, log or network. Thread-safe
-  /// for problems that do not share a validity.
+  /// Must check edges by problem.edge_free() only, and return soon after problem.over() holds. Draws all random numbers
+  /// from problem.seed: on one machine, the same problem gives the same result to the last bit. No clock, log or
+  /// network. Thread-safe for problems that do not share a validity.
   [[nodiscard]] virtual SearchResult search(const SearchProblem& problem) const = 0;
 
  private:
@@ -112,10 +104,12 @@ class GlobalPlanner {
 /// A list of planners by name. A program with its own planners copies built_in_planners() and adds them.
 class PlannerRegistry {
  public:
+  /// A planner, shared by threads.
   using Shared = std::shared_ptr<const GlobalPlanner>;
 
   /// Throws std::invalid_argument if there is a planner of the same name.
   void add(Shared planner);
+  /// The same for a planner without arguments.
   template <class Planner>
   void add() {
     add(std::make_shared<const Planner>());

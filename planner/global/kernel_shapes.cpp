@@ -217,10 +217,14 @@ std::vector<BoundingSphere> cover(const ConvexPolyhedron& whole, const CoverOpti
   return spheres;
 }
 
-/// Share of the largest coordinate that rounding to float may cost.
-constexpr double kWorldRounding = 1e-6;
-/// Sides of boxes that no body meets [m].
+/// Share of the largest coordinate that rounding to float may cost, of an obstacle and of what touches it.
+constexpr double kWorldRounding = 2.5e-6;
+/// Sides of boxes that no link meets [m].
 constexpr float kNowhere = 3e37F;
+/// Axes this close to those of O are equal to them. It leaves out less than the rounding.
+constexpr double kSnap = 1e-9;
+/// Links are tested with obstacles beyond their reach and padding by this [m], for edges with clearance.
+constexpr double kMargin = 0.1;
 
 /// Axis-aligned box of a shape at X_OS [m].
 struct Extent {
@@ -268,14 +272,23 @@ struct ObstacleMaker {
   void operator()(const world::Box& box) {
     obstacle.kind = ObstacleKind::kBox;
     half(box.half_extents.x(), box.half_extents.y(), box.half_extents.z());
+    std::array<float, 3> aligned{};
+    for (int k = 0; k < 3; ++k) {
+      int axis = 0;
+      if (X_OS.linear().col(k).cwiseAbs().maxCoeff(&axis) < 1.0 - kSnap) return;
+      aligned[axis] = obstacle.half[k];
+    }
+    obstacle.kind = ObstacleKind::kAlignedBox;
+    obstacle.half = aligned;
   }
   void operator()(const world::Sphere& sphere) {
-    obstacle.kind = ObstacleKind::kSphere;
-    half(sphere.radius, 0.0, 0.0);
+    obstacle.kind = ObstacleKind::kBall;
+    obstacle.radius = static_cast<float>(sphere.radius + rounding);
   }
   void operator()(const world::Capsule& capsule) {
     obstacle.kind = ObstacleKind::kCapsule;
-    half(capsule.radius, 0.0, capsule.half_length);
+    half(0.0, 0.0, capsule.half_length);
+    obstacle.radius = static_cast<float>(capsule.radius + rounding);
   }
   void operator()(const world::Cylinder& cylinder) {
     obstacle.kind = ObstacleKind::kCylinder;
@@ -329,30 +342,52 @@ std::vector<BoundingSphere> sphere_cover(const world::Shape& shape, const CoverO
   return std::visit(Visitor{options}, shape);
 }
 
-KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW) {
+KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW, double padding,
+                         std::span<const BoundingSphere> reach_of_link) {
   KernelWorld world;
+  world.padding = static_cast<float>(padding);
+  world.margin = static_cast<float>(kMargin);
+  std::vector<Extent> extents;
   for (const WorldBody& body : bodies) {
     const world::Pose X_OS = X_OW * body.X_WS;
-    const Extent extent = extent_of(body.shape, X_OS);
-    const double rounding = kWorldRounding * (extent.centre.cwiseAbs() + extent.half).maxCoeff();
+    Extent extent = extent_of(body.shape, X_OS);
+    const double rounding = kWorldRounding * (0.1 + (extent.centre.cwiseAbs() + extent.half).maxCoeff());
     ObstacleMaker maker{world, X_OS, rounding, {}};
     for (int k = 0; k < 9; ++k) maker.obstacle.axes[k] = static_cast<float>(X_OS.linear()(k % 3, k / 3));
     for (int k = 0; k < 3; ++k) maker.obstacle.centre[k] = static_cast<float>(X_OS.translation()[k]);
-    std::visit(maker, body.shape);
-    const world::BoundingSphere bound = world::bounding_sphere(body.shape);
-    const Eigen::Vector3d bound_centre = X_OS * bound.centre;
-    for (int k = 0; k < 3; ++k) maker.obstacle.bound_centre[k] = static_cast<float>(bound_centre[k]);
-    maker.obstacle.bound_radius = static_cast<float>(bound.radius + 4.0 * rounding);
-    const std::size_t lane = world.obstacles.size() % kWidth;
-    world.obstacles.push_back(maker.obstacle);
-    if (lane == 0) {
-      for (auto& side : world.boxes.emplace_back()) side.fill(kNowhere);
-    }
     for (int k = 0; k < 3; ++k) {
-      world.boxes.back()[k][lane] = static_cast<float>(extent.centre[k] - extent.half[k] - 2.0 * rounding);
-      world.boxes.back()[k + 3][lane] = static_cast<float>(extent.centre[k] + extent.half[k] + 2.0 * rounding);
+      maker.obstacle.along[k] = static_cast<float>(X_OS.linear().col(k).dot(X_OS.translation()));
     }
+    std::visit(maker, body.shape);
+    world.obstacles.push_back(maker.obstacle);
+    extent.half.array() += 2.0 * rounding;
+    extents.push_back(extent);
   }
+  const auto add_boxes = [&](std::vector<KernelBoxes>& boxes, const auto& wanted) {
+    int place = kTablePadding;
+    for (int i = 0; i < static_cast<int>(extents.size()); ++i) {
+      if (!wanted(extents[i])) continue;
+      if (place == kTablePadding) {
+        place = 0;
+        for (auto& side : boxes.emplace_back().low) side.fill(kNowhere);
+        for (auto& side : boxes.back().high) side.fill(kNowhere);
+      }
+      for (int k = 0; k < 3; ++k) {
+        boxes.back().low[k][place] = static_cast<float>(extents[i].centre[k] - extents[i].half[k]);
+        boxes.back().high[k][place] = static_cast<float>(extents[i].centre[k] + extents[i].half[k]);
+      }
+      boxes.back().obstacle[place++] = i;
+    }
+  };
+  add_boxes(world.all, [](const Extent&) { return true; });
+  for (const BoundingSphere& reach : reach_of_link) {
+    world.boxes_of_link.push_back(static_cast<int>(world.boxes.size()));
+    add_boxes(world.boxes, [&](const Extent& extent) {
+      const Eigen::Vector3d away = (reach.centre - extent.centre).cwiseAbs() - extent.half;
+      return away.cwiseMax(0.0).norm() <= reach.radius + padding + kMargin;
+    });
+  }
+  world.boxes_of_link.push_back(static_cast<int>(world.boxes.size()));
   return world;
 }
 

@@ -29,7 +29,9 @@ struct WorldBody {
   std::string name;  ///< for messages
 };
 
-/// The bodies in frame O, enlarged by the error of rounding to floats. Leaves KernelWorld::padding 0.
-[[nodiscard]] KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW);
+/// The bodies in frame O, enlarged by the error of rounding to floats, with `padding`. `reach_of_link`: balls in O that
+/// contain the links in all configurations.
+[[nodiscard]] KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW, double padding,
+                                       std::span<const world::BoundingSphere> reach_of_link);
 
 }  // namespace hecaton::planner::global

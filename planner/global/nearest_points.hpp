@@ -66,7 +66,8 @@ class PointGroups {
 
 /// A k-d tree [Bentley75]: a bucket that overflows is split at the median of its widest coordinate. The tree grows with
 /// each point and is never rebalanced, since points of trees and roadmaps come from the whole space. Results are equal
-/// to those of PointGroups to the last bit. nanoflann's dynamic tree is 3 to 8 times slower (docs/global-planning.md).
+/// to those of PointGroups to the last bit. nanoflann's dynamic tree is 3 to 8 times slower
+/// (docs/explanation/global-planning.md).
 class KdTree {
  public:
   explicit KdTree(int dimensions);
@@ -122,7 +123,8 @@ class NearestPoints {
   /// All points nearer than `radius`, by index.
   void within(const float* q, float radius, std::vector<Neighbour>& out) const;
 
-  /// Number of points from which the tree is faster, measured by `hecaton-bench-plan` (docs/global-planning.md).
+  /// Number of points from which the tree is faster, measured by `hecaton-bench-plan`
+  /// (docs/explanation/global-planning.md).
   [[nodiscard]] static int tree_threshold(int dimensions);
 
  private:

@@ -13,11 +13,8 @@ namespace {
 constexpr double kGrades[] = {1.0, 0.25, 0.0};
 constexpr int kWorstGrade = 2;
 
-/// A point on an edge of the path.
-struct EdgePoint {
-  int edge;
-  float t;
-};
+/// Shares of the edges beside a corner that a cut replaces, tried in this order.
+constexpr float kCuts[] = {0.5F, 0.25F, 0.1F};
 
 class Shortcutter {
  public:
@@ -42,33 +39,26 @@ class Shortcutter {
     grades_ = std::move(grades);
   }
 
-  /// Tries to replace the part between two random points by an edge.
-  void try_shortcut(Random& random) {
-    const double whole = length(path_, space_);
-    double s = random.uniform() * whole;
-    double t = random.uniform() * whole;
-    if (s > t) std::swap(s, t);
-    const EdgePoint from = point_at(s);
-    const EdgePoint to = point_at(t);
-    if (from.edge == to.edge) return;
-    space_.interpolate(path_[from.edge], path_[from.edge + 1], from.t, one_.data());
-    space_.interpolate(path_[to.edge], path_[to.edge + 1], to.t, two_.data());
-    const int grade = worst(from.edge, to.edge + 1);
-    if (!keeps(one_.data(), two_.data(), grade)) return;
-    // A part of an edge is sampled at other configurations than the whole edge, so it is checked again.
-    if (!options_.check.proven) {
-      if (!keeps(path_[from.edge], one_.data(), grades_[from.edge])) return;
-      if (!keeps(two_.data(), path_[to.edge + 1], grades_[to.edge])) return;
+  /// Replaces each inner point by an edge between its two neighbouring edges, as far from the point as a share allows.
+  void cut_corners() {
+    Points result(path_.stride());
+    std::vector<int> grades;
+    const auto add = [&](const float* q, int grade) {
+      result.add(q);
+      grades.push_back(grade);
+    };
+    result.add(path_[0]);
+    for (int i = 1; i + 1 < path_.size(); ++i) {
+      const int grade = worst(i - 1, i + 1);
+      if (cut(result[result.size() - 1], i, grade)) {
+        add(one_.data(), grades_[i - 1]);
+        add(two_.data(), grade);
+      } else {
+        add(path_[i], grades_[i - 1]);
+      }
     }
-    Points shorter(path_.stride());
-    std::vector<int> grades(grades_.begin(), grades_.begin() + from.edge + 1);
-    for (int i = 0; i <= from.edge; ++i) shorter.add(path_[i]);
-    shorter.add(one_.data());
-    shorter.add(two_.data());
-    grades.push_back(grade);
-    for (int i = to.edge + 1; i < path_.size(); ++i) shorter.add(path_[i]);
-    grades.insert(grades.end(), grades_.begin() + to.edge, grades_.end());
-    path_ = std::move(shorter);
+    add(path_[path_.size() - 1], grades_.back());
+    path_ = std::move(result);
     grades_ = std::move(grades);
   }
   [[nodiscard]] const Points& path() const { return path_; }
@@ -76,10 +66,13 @@ class Shortcutter {
 
  private:
   [[nodiscard]] bool keeps(const float* a, const float* b, int grade) const {
+    return validity_.edge_free(a, b, checked(grade));
+  }
+  [[nodiscard]] EdgeCheck checked(int grade) const {
     EdgeCheck check = options_.check;
     check.clearance += kGrades[grade] * options_.clearance;
     check.proven = check.proven || check.clearance > 0.0;
-    return check.free(validity_, a, b);
+    return check;
   }
   [[nodiscard]] int grade_of(const float* a, const float* b) const {
     int grade = options_.clearance > 0.0 ? 0 : kWorstGrade;
@@ -90,15 +83,20 @@ class Shortcutter {
   [[nodiscard]] int worst(int from, int to) const {
     return *std::max_element(grades_.begin() + from, grades_.begin() + to);
   }
-  [[nodiscard]] EdgePoint point_at(double at) const {
-    for (int edge = 0; edge + 1 < path_.size(); ++edge) {
-      const double part = space_.distance(path_[edge], path_[edge + 1]);
-      if (at <= part || edge + 2 == path_.size()) {
-        return {edge, part > 0.0 ? static_cast<float>(std::min(1.0, at / part)) : 0.0F};
-      }
-      at -= part;
+  /// Sets one_ and two_ to the ends of an edge that cuts off point i. `before`: the last point kept before it, which an
+  /// earlier cut may have moved towards point i. False if no share has a free edge.
+  bool cut(const float* before, int i, int grade) {
+    const float* after = path_[i + 1];
+    for (const float share : kCuts) {
+      if (ended()) return false;
+      space_.interpolate(path_[i], before, share, one_.data());
+      space_.interpolate(path_[i], after, share, two_.data());
+      if (!keeps(one_.data(), two_.data(), grade)) continue;
+      // A part of an edge is sampled at other configurations than the whole edge, so it is checked again.
+      if (checked(grade).proven) return true;
+      if (keeps(before, one_.data(), grades_[i - 1]) && keeps(two_.data(), after, grades_[i])) return true;
     }
-    return {0, 0.0F};
+    return false;
   }
 
   Points path_;
@@ -160,30 +158,6 @@ std::optional<std::string> outside_limits(const Validity& validity, std::span<co
   return std::nullopt;
 }
 
-bool is_proven_free(const Points& path, const Validity& validity) {
-  for (int i = 0; i + 1 < path.size(); ++i) {
-    if (!validity.proven_free(path[i], path[i + 1])) return false;
-  }
-  return true;
-}
-
-/// Searches with ever finer checks until the path is proven free. Most paths of the coarse search are.
-SearchResult certified_search(SearchProblem problem, const PlanOptions& options) {
-  SearchResult found;
-  std::uint64_t iterations = 0;
-  for (const EdgeCheck check : {EdgeCheck{1}, EdgeCheck{3}, EdgeCheck{1, true}}) {
-    problem.check = check;
-    if (options.record != nullptr) *options.record = SearchRecord();
-    found = options.planner->search(problem);
-    found.iterations = iterations += found.iterations;
-    if (!found.solved() || !options.certify) return found;
-    // In a periodic space the path was unwrapped, so that its floats have other rounding errors.
-    if ((check.proven && !problem.space.periodic()) || is_proven_free(found.path, problem.validity)) return found;
-  }
-  found.status = PlanStatus::kBudgetEnded;
-  return found;
-}
-
 /// Converts points to the plan's path. Its ends are exactly `start` and `goal`; the goal may differ by full turns.
 /// `turns`: the turns that the points leave out (turns_at).
 void set_path(const Validity& validity, const Points& points, std::span<const double> start,
@@ -218,10 +192,10 @@ Points simplified(const Points& path, const Validity& validity, const Space& spa
   if (path.size() <= 2) return path;
   Shortcutter shortcutter(path, validity, space, options);
   shortcutter.join_farthest();
-  Random random(options.seed);
-  for (int i = 0; i < options.rounds && shortcutter.path().size() > 2 && !shortcutter.ended(); ++i)
-    shortcutter.try_shortcut(random);
-  shortcutter.join_farthest();
+  for (int i = 0; i < options.passes && shortcutter.path().size() > 2 && !shortcutter.ended(); ++i) {
+    shortcutter.cut_corners();
+    shortcutter.join_farthest();
+  }
   return shortcutter.path();
 }
 
@@ -291,8 +265,9 @@ Plan plan(const Validity& validity, std::span<const double> start, std::span<con
   const std::vector<double> turns = turns_at(validity, start);
   const std::vector<float> from = padded(validity, minus(start, turns));
   const std::vector<float> to = padded(validity, minus(goal, turns_at(validity, goal)));
-  const SearchResult found = certified_search(
-      {validity, space, from.data(), to.data(), options.seed, options.budget, {}, options.record}, options);
+  if (options.record != nullptr) *options.record = SearchRecord();
+  const SearchResult found = options.planner->search(
+      {validity, space, from.data(), to.data(), options.seed, options.budget, options.check, options.record});
   result.iterations = found.iterations;
   result.nodes = found.nodes;
   result.status = found.status;
@@ -321,14 +296,9 @@ void simplify(const Validity& validity, const PlanOptions& options, Plan& plan) 
   Points points(space.stride);
   for (const std::vector<double>& q : plan.path) points.add(padded(validity, minus(q, turns)).data());
   SimplifyOptions shortcuts = options.shortcuts;
-  shortcuts.seed = options.seed;
+  shortcuts.check = options.check;
   shortcuts.ended = options.budget.ended;
-  Points shorter = simplified(points, validity, space, shortcuts);
-  if (options.certify && !is_proven_free(shorter, validity)) {
-    shortcuts.check.proven = true;
-    shorter = simplified(points, validity, space, shortcuts);
-  }
-  set_path(validity, shorter, start, goal, turns, plan);
+  set_path(validity, simplified(points, validity, space, shortcuts), start, goal, turns, plan);
   plan.checks += validity.checks() - checks_before;
 }
 

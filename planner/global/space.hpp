@@ -17,12 +17,13 @@ inline constexpr float kFullTurn = 6.2831853F;  ///< [rad]
 /// continuous joints: points a full turn apart are equal, and distances take the short way round. Paths are unwrapped:
 /// along a path, a continuous joint may leave the box.
 struct Space {
-  int dimensions = 0;
-  int stride = 0;
-  std::vector<float> lower;  ///< [rad | m]
-  std::vector<float> upper;
+  int dimensions = 0;              ///< joints of all planned arms
+  int stride = 0;                  ///< floats from one point to the next
+  std::vector<float> lower;        ///< [rad | m]
+  std::vector<float> upper;        ///< [rad | m]
   std::vector<float> period = {};  ///< by joint: kFullTurn if it is continuous, else 0; empty: no joint is
 
+  /// Draws a point of the box; every joint is uniform.
   void sample(Random& random, float* q) const {
     for (int j = 0; j < dimensions; ++j) q[j] = static_cast<float>(random.uniform(lower[j], upper[j]));
     for (int j = dimensions; j < stride; ++j) q[j] = 0.0F;
@@ -31,6 +32,7 @@ struct Space {
   void interpolate(const float* a, const float* b, float t, float* q) const {
     for (int j = 0; j < stride; ++j) q[j] = a[j] + t * (b[j] - a[j]);
   }
+  /// Euclidean distance, the short way round.
   [[nodiscard]] float distance(const float* a, const float* b) const {
     float sum = 0.0F;
     for (int j = 0; j < dimensions; ++j) {
@@ -40,7 +42,7 @@ struct Space {
     return std::sqrt(sum);
   }
 
-  [[nodiscard]] bool periodic() const { return !period.empty(); }
+  [[nodiscard]] bool periodic() const { return !period.empty(); }  ///< some joint is continuous
   /// Full turns in a difference along joint j [rad]; 0 for about half a turn, so that removing them twice changes
   /// nothing.
   [[nodiscard]] float full_turns(int j, float difference) const {
@@ -60,14 +62,17 @@ struct Space {
 /// A list of points.
 class Points {
  public:
-  explicit Points(int stride = kWidth) : stride_(stride) {}
+  explicit Points(int stride = kWidth) : stride_(stride) {}  ///< an empty list; `stride` as of its Space
 
-  [[nodiscard]] int size() const { return static_cast<int>(values_.size()) / stride_; }
-  [[nodiscard]] int stride() const { return stride_; }
+  [[nodiscard]] int size() const { return static_cast<int>(values_.size()) / stride_; }  ///< number of points
+  [[nodiscard]] int stride() const { return stride_; }  ///< floats from one point to the next
+  /// Point i, valid until the list grows.
   [[nodiscard]] const float* operator[](int i) const {
     return values_.data() + static_cast<std::ptrdiff_t>(i) * stride_;
   }
+  /// Point i, valid until the list grows.
   [[nodiscard]] float* operator[](int i) { return values_.data() + static_cast<std::ptrdiff_t>(i) * stride_; }
+  /// Appends a point, which may be one of this list.
   void add(const float* q) {
     // q may be one of these points; resize() would move it.
     const std::ptrdiff_t own = q - values_.data();
@@ -76,11 +81,11 @@ class Points {
     const float* from = inside ? values_.data() + own : q;
     std::copy(from, from + stride_, values_.end() - stride_);
   }
-  void reverse();
+  void reverse();  ///< the last point becomes the first
   /// Makes a path without jumps: replaces each point by its image nearest to the one before, the first by its image
   /// nearest to `start`.
   void unwrap(const Space& space, const float* start);
-  void clear() { values_.clear(); }
+  void clear() { values_.clear(); }  ///< removes all points
 
  private:
   int stride_;

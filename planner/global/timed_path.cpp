@@ -21,8 +21,8 @@ std::vector<Eigen::VectorXd> waypoints_of(const std::vector<std::vector<double>>
 
 CurveFree proven_curve(const Validity& validity, double clearance) {
   return [&validity, clearance](const Eigen::VectorXd& from, const Eigen::VectorXd& corner, const Eigen::VectorXd& to) {
-    return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, corner).data(),
-                                floats_of(validity, to).data(), clearance);
+    return validity.curve_free(floats_of(validity, from).data(), floats_of(validity, corner).data(),
+                               floats_of(validity, to).data(), clearance);
   };
 }
 
@@ -51,8 +51,8 @@ AveragedTrajectory jerk_limited_path(const Validity& validity, const std::vector
   const SegmentFree segment_free = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                                        const Eigen::VectorXd& spread) {
     const Eigen::VectorXd middle = 0.5 * (from + to);
-    return validity.proven_free(floats_of(validity, from).data(), floats_of(validity, middle).data(),
-                                floats_of(validity, to).data(), options.clearance, floats_of(validity, spread).data());
+    return validity.curve_free(floats_of(validity, from).data(), floats_of(validity, middle).data(),
+                               floats_of(validity, to).data(), options.clearance, floats_of(validity, spread).data());
   };
   return jerk_limited(waypoints_of(path), proven_curve(validity, options.clearance), segment_free,
                       motion_limits(validity), {jerk, options.blend, options.timing});

@@ -17,7 +17,7 @@ struct TimedPathOptions {
 [[nodiscard]] MotionLimits motion_limits(const Validity& validity);
 
 /// A trajectory from rest to rest along `path` [rad | m], whose edges must be free. All blends are proven free
-/// (Validity::proven_free).
+/// (Validity::curve_free).
 [[nodiscard]] Trajectory timed_path(const Validity& validity, const std::vector<std::vector<double>>& path,
                                     const TimedPathOptions& options = {});
 

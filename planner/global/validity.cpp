@@ -6,45 +6,9 @@
 #include <stdexcept>
 
 #include "planner/collision/exact_distance.hpp"
-#include "planner/local/parameters.hpp"
-#include "planner/simd/instruction_set.hpp"
 
 namespace hecaton::planner::global {
 namespace {
-
-/// Rounding error of a coordinate, as a share of the scale: ten times the largest error observed. Floats have 24 bits;
-/// a coordinate is a sum of some dozens of products, and angles are rounded as well.
-constexpr double kBodyRounding = 1e-5;
-
-template <std::size_t N, typename Matrix>
-std::array<float, N> floats(const Matrix& values) {
-  std::array<float, N> result;
-  for (std::size_t i = 0; i < N; ++i) result[i] = static_cast<float>(values.data()[i]);
-  return result;
-}
-
-double largest_angle(const JointLimits& limits) {
-  double largest = 0.0;
-  for (Eigen::Index j = 0; j < limits.lower.size(); ++j) {
-    const double bound = std::max(std::abs(limits.lower[j]), std::abs(limits.upper[j]));
-    largest = std::max(largest, std::isfinite(bound) ? bound : 10.0);
-  }
-  return largest;
-}
-
-KernelSphere kernel_sphere(const Pose& X_FS, const world::BoundingSphere& sphere, double inner, double rounding) {
-  const Eigen::Vector3d centre = X_FS * sphere.centre;
-  return {floats<3>(centre), static_cast<float>(sphere.radius + rounding),
-          static_cast<float>(std::max(0.0, inner - 2.0 * rounding))};
-}
-
-/// Radius of the largest sphere about p that lies within the shape [m]; 0 if p lies outside. It equals the depth of p
-/// in the convex shape.
-double inner_radius(const SweptCore& core, const Eigen::Vector3d& p) {
-  static const SweptCore point = make_swept_core(world::Sphere{0.0});
-  const Pose at(Eigen::Translation3d{p});
-  return std::max(0.0, -prepared_distance(point, at, core, Pose::Identity()).distance);
-}
 
 Pose pose_of(const float* frame) {
   Pose X_OF = Pose::Identity();
@@ -52,24 +16,59 @@ Pose pose_of(const float* frame) {
   return X_OF;
 }
 
-world::BoundingSphere tight_bound(const world::Shape& shape) {
-  const auto* convex = std::get_if<world::Convex>(&shape);
-  world::BoundingSphere rough = world::bounding_sphere(shape);
-  if (convex == nullptr) return rough;
-  const world::BoundingSphere sphere = bounding_sphere_of(convex->hull->vertices);
-  return sphere.radius < rough.radius ? sphere : rough;
+/// The largest n · p of a placed shape's points p [m].
+double farthest_along(const SweptCore& core, const Pose& X, const Eigen::Vector3d& n) {
+  return n.dot(X * farthest(core, X.linear().transpose() * n)) + core.radius;
 }
 
-/// A link's kernel frame, and its pose in that frame.
-struct LinkPlace {
-  int frame = -1;
-  Pose X_FL = Pose::Identity();
+/// A shape on its way.
+struct MovedCore {
+  const SweptCore& core;
+  const Pose& from;
+  const Pose& to;
 };
+
+/// Distance of two shapes along the axis n from a to b [m]; negative: they overlap along it.
+double gap_along(const MovedCore& a, const MovedCore& b, const Eigen::Vector3d& n, bool at_end) {
+  return -farthest_along(a.core, at_end ? a.to : a.from, n) - farthest_along(b.core, at_end ? b.to : b.from, -n);
+}
+
+/// An axis along which the shapes are apart at both ends of their ways parts them all the way, if their points move
+/// straight.
+ExactGap gap_on_way(const MovedCore& a, const MovedCore& b, double rounding, ExactQuestion& question) {
+  Eigen::Map<Eigen::Vector3d> axis(question.axis.data());
+  const bool on_way = question.to_a != nullptr;
+  if (on_way && axis.squaredNorm() > 0.0) {
+    const double known = std::min(gap_along(a, b, axis, false), gap_along(a, b, axis, true)) - rounding;
+    if (known > question.enough) return {known, known};
+  }
+  const ShapeDistance gap = prepared_distance(a.core, a.from, b.core, b.from);
+  axis = gap.n_W;
+  const double at_start = gap.distance - rounding;
+  if (!on_way || gap.distance <= 0.0) return {at_start, at_start};
+  return {at_start, std::min(at_start, gap_along(a, b, gap.n_W, true) - rounding)};
+}
 
 }  // namespace
 
+std::span<const ValidityKernel* const> supported_kernels() {
+  static constexpr const ValidityKernel* kAll[] = {&lanes4::kValidity, &lanes8::kValidity, &lanes16::kValidity};
+  static const std::size_t count = [] {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") == 0 || __builtin_cpu_supports("fma") == 0) return 1;
+    const bool wide = __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512dq") != 0 &&
+                      __builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512vl") != 0;
+    return wide ? 3 : 2;
+#else
+    return 1;
+#endif
+  }();
+  return {kAll, count};
+}
+
 const ValidityKernel& fastest_validity() {
-  return *fastest(&baseline::kValidity, &avx2::kValidity);
+  static const ValidityKernel& chosen = *supported_kernels().back();
+  return chosen;
 }
 
 std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<const Pose> X_WO,
@@ -95,156 +94,93 @@ std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<cons
 Validity::Validity(std::vector<CellGeometry> planned, std::span<const WorldBody> world, const ValidityOptions& options)
     : planned_(std::move(planned)), options_(options) {
   X_OW_ = planned_.front().own_arm().X_WB.inverse();
-  scale_ = 0.0;
-  for (const CellGeometry& geometry : planned_) {
-    const world::BoundingSphere& reach = geometry.arm_reach(geometry.self());
-    const double farthest = (X_OW_ * reach.centre).norm() + reach.radius;
-    scale_ = std::max(scale_, farthest * (1.0 + 0.1 * largest_angle(geometry.own_arm().limits)));
-    robot_.dimensions += geometry.own_arm().model->joints();
-  }
-  if (robot_.dimensions > kMaxDimensions) {
-    throw std::invalid_argument("arms of " + std::to_string(robot_.dimensions) +
-                                " joints in total cannot be planned together (at most " +
-                                std::to_string(kMaxDimensions) + ")");
-  }
-  std::vector<int> first_body;
-  for (const CellGeometry& geometry : planned_) {
-    first_body.push_back(static_cast<int>(robot_.bodies.size()));
-    add_arm(geometry, static_cast<int>(robot_.frames.size()), first_body.back());
-  }
-  if (robot_.bodies.size() > kMaxBodies || robot_.spheres.size() > kMaxSpheres) {
-    throw std::invalid_argument("arms of " + std::to_string(robot_.bodies.size()) + " bodies and " +
-                                std::to_string(robot_.spheres.size()) +
-                                " covering spheres cannot be planned together (at most " + std::to_string(kMaxBodies) +
-                                " and " + std::to_string(kMaxSpheres) + ")");
-  }
-  add_pairs(first_body);
+  built_ = kernel_robot(planned_, X_OW_, options_.cover, {options_.padding, options_.self_padding});
   levers_ = body_levers(planned_);
-  for (int i = static_cast<int>(robot_.bodies.size()) - 1; i >= 0; --i) {
-    if (robot_.bodies[i].frame >= 0) robot_.order.push_back(i);
-  }
   set_world(world);
-}
-
-void Validity::add_arm(const CellGeometry& geometry, int first_dimension, int first_body) {
-  const Arm& arm = geometry.own_arm();
-  const double rounding = kBodyRounding * scale_;
-  std::vector<LinkPlace> places(arm.model->links.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Link& link = arm.model->links[i];
-    const LinkPlace root{-1, X_OW_ * arm.X_WB};
-    const LinkPlace& parent = link.parent < 0 ? root : places[link.parent];
-    const Pose X_FJ = parent.X_FL * link.X_PJ;
-    if (link.joint < 0) {
-      places[i] = {parent.frame, X_FJ};
-      continue;
-    }
-    // Z: rotated such that its z axis is the joint's axis.
-    const Pose X_JZ(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), link.axis));
-    const Pose X_FZ = X_FJ * X_JZ;
-    KernelFrame frame;
-    frame.parent = parent.frame;
-    frame.prismatic = link.joint_type == JointType::kPrismatic;
-    const Eigen::Matrix3d rotation = X_FZ.linear();
-    const Eigen::Vector3d translation = X_FZ.translation();
-    frame.rotation = floats<9>(rotation);
-    frame.translation = floats<3>(translation);
-    places[i] = {first_dimension + link.joint, X_JZ.inverse()};
-    if (static_cast<int>(robot_.frames.size()) != places[i].frame) {
-      throw std::invalid_argument("arm " + arm.name + ": the joints are not numbered in the order of the links");
-    }
-    robot_.frames.push_back(frame);
-  }
-  for (const Body& body : geometry.own_bodies()) {
-    const LinkPlace& place = places[body.link];
-    const Pose X_FS = place.X_FL * body.X_CS;
-    KernelBody& kernel_body = robot_.bodies.emplace_back();
-    kernel_body.frame = place.frame;
-    const SweptCore& core = body_cores_.emplace_back(PlacedCore{make_swept_core(body.shape), X_FS}).core;
-    const auto sphere_of = [&](const world::BoundingSphere& sphere) {
-      return kernel_sphere(X_FS, sphere, inner_radius(core, sphere.centre), rounding);
-    };
-    kernel_body.bound = sphere_of(tight_bound(body.shape));
-    kernel_body.first = static_cast<int>(robot_.spheres.size());
-    for (const world::BoundingSphere& sphere : sphere_cover(body.shape, options_.cover)) {
-      robot_.spheres.push_back(sphere_of(sphere));
-    }
-    kernel_body.count = static_cast<int>(robot_.spheres.size()) - kernel_body.first;
-  }
-  body_arm_.resize(robot_.bodies.size(), body_arm_.empty() ? 0 : body_arm_.back() + 1);
-  for (const auto& [a, b] : geometry.self_pairs()) {
-    const double padding = std::min(options_.self_padding, kSecurityShare * geometry.widest(a, b));
-    if (padding < options_.self_padding) close_pairs_.push_back({first_body + a, first_body + b, padding});
-    robot_.pairs.push_back({first_body + a, first_body + b, static_cast<float>(padding)});
-  }
-}
-
-void Validity::add_pairs(const std::vector<int>& first_body) {
-  const auto padding = static_cast<float>(options_.padding);
-  const auto end_of = [&](std::size_t arm) {
-    return arm + 1 < first_body.size() ? first_body[arm + 1] : static_cast<int>(robot_.bodies.size());
-  };
-  for (std::size_t one = 0; one < first_body.size(); ++one) {
-    for (std::size_t two = one + 1; two < first_body.size(); ++two) {
-      for (int a = first_body[one]; a < end_of(one); ++a) {
-        for (int b = first_body[two]; b < end_of(two); ++b) {
-          const bool fixed = robot_.bodies[a].frame < 0 || robot_.bodies[b].frame < 0;
-          if (fixed && same_robot(planned_[one].own_arm(), planned_[two].own_arm())) continue;
-          robot_.pairs.push_back({a, b, padding});
-        }
-      }
-    }
-  }
-  std::erase_if(robot_.pairs, [&](const KernelPair& pair) {
-    return robot_.bodies[pair.a].frame < 0 && robot_.bodies[pair.b].frame < 0;
-  });
 }
 
 void Validity::set_world(std::span<const WorldBody> world) {
   world_bodies_.assign(world.begin(), world.end());
-  world_ = kernel_world(world_bodies_, X_OW_);
-  world_.padding = static_cast<float>(options_.padding);
+  world_ = kernel_world(world_bodies_, X_OW_, options_.padding, built_.reach_of_link);
   world_cores_.clear();
   for (const WorldBody& body : world_bodies_) world_cores_.push_back({make_swept_core(body.shape), X_OW_ * body.X_WS});
+  memory_.hit_link = -1;
 }
 
-double Validity::from_obstacle(const void* self, int body, const float* frame, int obstacle) {
+ExactGap Validity::from_obstacle(const void* self, int body, int obstacle, ExactQuestion& question) {
   const auto& validity = *static_cast<const Validity*>(self);
-  const PlacedCore& own = validity.body_cores_[body];
+  const PlacedCore& own = validity.built_.cores[body];
   const PlacedCore& other = validity.world_cores_[obstacle];
-  return prepared_distance(own.core, pose_of(frame) * own.X_FS, other.core, other.X_FS).distance -
-         kBodyRounding * validity.scale_;
+  const Pose from = pose_of(question.from_a) * own.X_FS;
+  const Pose to = question.to_a == nullptr ? from : pose_of(question.to_a) * own.X_FS;
+  return gap_on_way({own.core, from, to}, {other.core, other.X_FS, other.X_FS}, validity.built_.rounding_of_body[body],
+                    question);
 }
 
-double Validity::from_body(const void* self, int a, const float* frame_a, int b, const float* frame_b) {
+ExactGap Validity::from_body(const void* self, int a, int b, ExactQuestion& question) {
   const auto& validity = *static_cast<const Validity*>(self);
-  const PlacedCore& one = validity.body_cores_[a];
-  const PlacedCore& two = validity.body_cores_[b];
-  const ValidityOptions& options = validity.options_;
-  double padding = validity.body_arm_[a] == validity.body_arm_[b] ? options.self_padding : options.padding;
-  for (const PaddedPair& pair : validity.close_pairs_) {
-    if (pair.a == a && pair.b == b) padding = pair.padding;
+  const PlacedCore& one = validity.built_.cores[a];
+  const PlacedCore& two = validity.built_.cores[b];
+  const double rounding = validity.built_.rounding_of_body[a] + validity.built_.rounding_of_body[b];
+  Pose from_a = pose_of(question.from_a);
+  Pose from_b = pose_of(question.from_b);
+  Pose to_a = question.to_a == nullptr ? from_a : pose_of(question.to_a);
+  Pose to_b = question.to_b == nullptr ? from_b : pose_of(question.to_b);
+  if (question.seen_from_a) {
+    from_b = from_a.inverse(Eigen::Isometry) * from_b;
+    to_b = to_a.inverse(Eigen::Isometry) * to_b;
+    from_a = to_a = Pose::Identity();
   }
-  return prepared_distance(one.core, pose_of(frame_a) * one.X_FS, two.core, pose_of(frame_b) * two.X_FS).distance -
-         padding - 2.0 * kBodyRounding * validity.scale_;
+  return gap_on_way({one.core, from_a * one.X_FS, to_a * one.X_FS}, {two.core, from_b * two.X_FS, to_b * two.X_FS},
+                    rounding, question);
+}
+
+KernelScene Validity::scene(const ValidityKernel& kernel) const {
+  const std::size_t needed = kernel.floats_needed(built_.robot);
+  if (memory_.storage.size() < needed) memory_.storage.resize(needed);
+  return {built_.robot, world_, {this, from_obstacle, from_body}, memory_};
 }
 
 bool Validity::state_free(const float* q) const {
   ++checks_;
-  return fastest_validity().collisions(robot_, world_, exact(), q, 0) == 0;
+  const KernelScene at = scene(fastest_validity());
+  return fastest_validity().collisions(at, q, 0) == 0;
 }
 
-unsigned Validity::collisions(const float* eight) const {
+unsigned Validity::collisions(const float* q) const {
+  return collisions(fastest_validity(), q);
+}
+
+unsigned Validity::collisions(const ValidityKernel& kernel, const float* q) const {
   checks_ += kWidth;
-  return fastest_validity().collisions(robot_, world_, exact(), eight, stride());
+  return kernel.collisions(scene(kernel), q, stride());
 }
 
-bool Validity::edge_free(const float* a, const float* b, int finer) const {
-  double length2 = 0.0;
-  for (int j = 0; j < robot_.dimensions; ++j) length2 += std::pow(b[j] - a[j], 2);
-  const int blocks = std::max(1, static_cast<int>(std::ceil(std::sqrt(length2) * finer / (options_.step * kWidth))));
-  checks_ += static_cast<std::uint64_t>(blocks) * kWidth;
-  return fastest_validity().edge_free(robot_, world_, exact(), a, b, blocks);
+void Validity::count_checks(const float* a, const float* b) const {
+  float length2 = 0.0F;
+  for (int j = 0; j < dimensions(); ++j) length2 += (b[j] - a[j]) * (b[j] - a[j]);
+  checks_ +=
+      static_cast<std::uint64_t>(std::max(1.0, std::ceil(std::sqrt(static_cast<double>(length2)) / options_.step)));
+}
+
+bool Validity::edge_free(const float* a, const float* b, const EdgeCheck& check) const {
+  return edge_free(fastest_validity(), a, b, check);
+}
+
+bool Validity::edge_free(const ValidityKernel& kernel, const float* a, const float* b, const EdgeCheck& check) const {
+  const std::uint64_t before = checks_;
+  count_checks(a, b);
+  const KernelEdge edge{a, nullptr, b, nullptr, static_cast<float>(check.clearance)};
+  if (check.proven) return kernel.edge_proven(scene(kernel), edge);
+  return kernel.edge_sampled(scene(kernel), edge, static_cast<int>(checks_ - before));
+}
+
+bool Validity::curve_free(const float* a, const float* corner, const float* b, double clearance,
+                          const float* spread) const {
+  count_checks(a, corner);
+  count_checks(corner, b);
+  const KernelEdge edge{a, corner, b, spread, static_cast<float>(clearance)};
+  return fastest_validity().edge_proven(scene(fastest_validity()), edge);
 }
 
 Validity::Nearest Validity::nearest(std::span<const double> q) const {
@@ -281,7 +217,7 @@ Validity::Nearest Validity::smallest(std::span<const double> q, bool as_margin) 
     const Nearest pair{a.name, name, shape_distance(a.body->shape, a.X_WS, shape, X_WS).distance, required};
     if (margin(pair) < margin(nearest)) nearest = pair;
   };
-  for (const KernelPair& pair : robot_.pairs) {
+  for (const KernelPair& pair : built_.robot.pairs) {
     const Placed& b = bodies[pair.b];
     consider(bodies[pair.a], b.body->shape, b.X_WS, b.name, pair.padding);
   }

@@ -9,6 +9,7 @@
 
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/collision/swept_core.hpp"
+#include "planner/global/kernel_robot.hpp"
 #include "planner/global/kernel_shapes.hpp"
 #include "planner/global/validity_kernel.hpp"
 
@@ -19,62 +20,66 @@ namespace hecaton::planner::global {
 [[nodiscard]] std::vector<WorldBody> world_bodies(const CellGeometry& geometry, std::span<const Pose> X_WO,
                                                   std::span<const JointVector> others);
 
-/// Upper bounds of the motion of a body's points per unit of a joint [m/rad | 1]: row by row for every own body of the
-/// geometries, one for each joint of all their own arms. They hold for any values of the other joints within their
-/// limits. Rounded up.
-[[nodiscard]] std::vector<float> body_levers(const std::vector<CellGeometry>& planned);
+/// How an edge is checked.
+struct EdgeCheck {
+  /// Every configuration of the edge is free. Otherwise at most ValidityOptions::step is between checked
+  /// configurations, the first end is not checked, and something thin can lie between them.
+  bool proven = true;
+  double clearance = 0.0;  ///< distance to keep from the world beyond the padding [m]
+};
 
+/// Distances and steps of the checks.
 struct ValidityOptions {
-  CoverOptions cover;
-  double step = 0.03;         ///< between checked configurations of an edge, in joint space [rad | m]
-  double padding = 0.0;       ///< minimum distance from obstacles and between arms [m]; not for bodies that do not move
+  CoverOptions cover;    ///< balls that cover the bodies
+  double step = 0.03;    ///< between checked configurations of an edge that is not proven, in joint space [rad | m]
+  double padding = 0.0;  ///< minimum distance from obstacles and between arms [m]; not for bodies that do not move
   double self_padding = 0.0;  ///< minimum distance between links of one arm [m]
 };
 
 /// Checks the own arms of one or several geometries, as one robot, in a fixed world. A configuration concatenates the
-/// joints of all arms. Spheres cover the links; where they do not decide, the exact distance of the shapes does.
-/// Numbers are floats; larger spheres make up for rounding. A free configuration may be reported as colliding if less
-/// than a few hundredths of a millimetre is left. Bodies that no joint moves may touch obstacles. Not thread-safe
-/// (counts checks).
+/// joints of all arms. Balls cover the links; where they do not decide, the exact distance of the shapes does.
+/// Numbers are floats; larger balls make up for rounding, up to 10 rad for joints without limits. A free configuration
+/// may be reported as colliding if less than a few hundredths of a millimetre is left. Bodies that no joint moves may
+/// touch obstacles. Results may differ between processors where rounding decides. Not thread-safe (counts checks).
 class Validity {
  public:
-  /// Throws std::invalid_argument for more than kMaxDimensions joints, kMaxBodies bodies or kMaxSpheres spheres.
+  /// Throws std::invalid_argument for more than kMaxDimensions joints, kMaxBodies bodies or kMaxBalls balls.
   Validity(std::vector<CellGeometry> planned, std::span<const WorldBody> world, const ValidityOptions& options = {});
 
-  void set_world(std::span<const WorldBody> world);
+  void set_world(std::span<const WorldBody> world);  ///< replaces obstacles and other arms
 
-  [[nodiscard]] int dimensions() const { return robot_.dimensions; }
+  [[nodiscard]] int dimensions() const { return built_.robot.dimensions; }  ///< joints of all planned arms
   /// Floats per configuration: dimensions(), rounded up to whole lanes.
-  [[nodiscard]] int stride() const { return (robot_.dimensions + kWidth - 1) / kWidth * kWidth; }
-  [[nodiscard]] const std::vector<CellGeometry>& planned() const { return planned_; }
-  [[nodiscard]] const ValidityOptions& options() const { return options_; }
-  [[nodiscard]] const KernelRobot& robot() const { return robot_; }
-  [[nodiscard]] const KernelWorld& world() const { return world_; }
-  [[nodiscard]] ExactCheck exact() const { return {this, from_obstacle, from_body}; }
+  [[nodiscard]] int stride() const { return (built_.robot.dimensions + kWidth - 1) / kWidth * kWidth; }
+  [[nodiscard]] const std::vector<CellGeometry>& planned() const { return planned_; }  ///< as given
+  [[nodiscard]] const ValidityOptions& options() const { return options_; }            ///< as given
+  [[nodiscard]] const KernelRobot& robot() const { return built_.robot; }  ///< planned arms, for validity_kernel.hpp
+  [[nodiscard]] const KernelWorld& world() const { return world_; }        ///< all else, for validity_kernel.hpp
 
+  /// True if the configuration touches nothing. Joint limits are not checked.
   [[nodiscard]] bool state_free(const float* q) const;
-  /// Bit i: configuration i of eight, stride() floats each, collides.
-  [[nodiscard]] unsigned collisions(const float* eight) const;
-  /// True if no configuration on the straight edge from a to b collides. a itself is not checked. `finer`: factor of
-  /// the number of configurations.
-  [[nodiscard]] bool edge_free(const float* a, const float* b, int finer = 1) const;
+  /// Bit i: configuration i of kWidth, stride() floats each, collides.
+  [[nodiscard]] unsigned collisions(const float* q) const;
+  /// True if the straight edge from a to b is free. A proven edge is free for all points between the given numbers,
+  /// rounding included [Schwarzer05]; false if it collides or if that stays undecided.
+  [[nodiscard]] bool edge_free(const float* a, const float* b, const EdgeCheck& check = {}) const;
+  /// The same proof for the parabola (1 − t)² a + 2 t (1 − t) corner + t² b. `spread`: also for all configurations
+  /// within this distance of the parabola, joint by joint [rad | m]; may be null.
+  [[nodiscard]] bool curve_free(const float* a, const float* corner, const float* b, double clearance = 0.0,
+                                const float* spread = nullptr) const;
+  /// edge_free() by one of the compilations of the kernel, to compare them.
+  [[nodiscard]] bool edge_free(const ValidityKernel& kernel, const float* a, const float* b,
+                               const EdgeCheck& check) const;
+  /// collisions() by one of them.
+  [[nodiscard]] unsigned collisions(const ValidityKernel& kernel, const float* q) const;
 
-  /// Continuous check of the edge from a to b [Schwarzer05]: enlarges the bodies by the most that they can move on a
-  /// segment, and halves segments that this does not decide. `clearance`: distance to keep from the world beyond the
-  /// padding [m]. False if the edge collides or if the check stays undecided.
-  [[nodiscard]] bool proven_free(const float* a, const float* b, double clearance = 0.0) const;
-  /// The same for the parabola (1 − t)² a + 2 t (1 − t) corner + t² b. `spread`: also for all configurations within
-  /// this distance of the parabola, joint by joint [rad | m]; may be null.
-  [[nodiscard]] bool proven_free(const float* a, const float* corner, const float* b, double clearance = 0.0,
-                                 const float* spread = nullptr) const;
-
-  /// Number of configurations checked since construction.
+  /// What the checks since construction cost, in configurations: an edge counts its length divided by the step.
   [[nodiscard]] std::uint64_t checks() const { return checks_; }
 
   /// A pair of bodies and its exact distance.
   struct Nearest {
-    std::string a;
-    std::string b;
+    std::string a;          ///< "arm/link"
+    std::string b;          ///< "arm/link" or an obstacle
     double distance = 0.0;  ///< [m]; negative: depth; infinite without any pair
     double required = 0.0;  ///< minimum distance of this pair [m]
   };
@@ -83,8 +88,9 @@ class Validity {
   /// The pair with the smallest margin beyond its minimum distance: the reason why q is not free.
   [[nodiscard]] Nearest tightest(std::span<const double> q) const;
 
+  /// Which pairs of bodies count.
   enum class Pairs : std::uint8_t {
-    kAll,
+    kAll,     ///< all that can move relative to each other
     kNotOwn,  ///< without pairs of two links of one arm
   };
   /// Lower bound of the smallest distance of these pairs anywhere on the edge from a to b [m]; negative: depth;
@@ -94,35 +100,20 @@ class Validity {
 
  private:
   [[nodiscard]] Nearest smallest(std::span<const double> q, bool as_margin) const;
-  void add_arm(const CellGeometry& geometry, int first_dimension, int first_body);
-  void add_pairs(const std::vector<int>& first_body);
-  static double from_obstacle(const void* self, int body, const float* frame, int obstacle);
-  static double from_body(const void* self, int a, const float* frame_a, int b, const float* frame_b);
-
-  /// A shape and its pose in its kernel frame; for bodies of the world, in O.
-  struct PlacedCore {
-    SweptCore core;
-    Pose X_FS = Pose::Identity();
-  };
+  void count_checks(const float* a, const float* b) const;
+  [[nodiscard]] KernelScene scene(const ValidityKernel& kernel) const;
+  static ExactGap from_obstacle(const void* self, int body, int obstacle, ExactQuestion& question);
+  static ExactGap from_body(const void* self, int a, int b, ExactQuestion& question);
 
   std::vector<CellGeometry> planned_;
   std::vector<WorldBody> world_bodies_;
   ValidityOptions options_;
-  Pose X_OW_;     ///< O: the frame of the kernel, at the first arm's base
-  double scale_;  ///< upper bound of the coordinates of moving bodies in O [m]
-  KernelRobot robot_;
+  Pose X_OW_;  ///< O: the frame of the kernel, at the first arm's base
+  BuiltRobot built_;
   KernelWorld world_;
-  std::vector<PlacedCore> body_cores_;
-  std::vector<int> body_arm_;  ///< index of each body's arm in planned_
   std::vector<float> levers_;  ///< see body_levers()
   std::vector<PlacedCore> world_cores_;
-  /// Pairs of bodies that no posture brings far apart, and their minimum distance [m].
-  struct PaddedPair {
-    int a = 0;
-    int b = 0;
-    double padding = 0.0;
-  };
-  std::vector<PaddedPair> close_pairs_;
+  mutable KernelMemory memory_;
   mutable std::uint64_t checks_ = 0;
 };
 

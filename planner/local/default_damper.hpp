@@ -25,7 +25,7 @@ struct GivenDamper {
 };
 
 /// Fills in what is not given. Distances grow with the reach. Braking can keep the damper, and the security distance
-/// covers the latency, as far as the given values allow it (docs/design/0001-braking.md). Pure.
+/// covers the latency, as far as the given values allow it (docs/explanation/0001-braking.md). Pure.
 [[nodiscard]] DamperParameters default_damper(const DamperBasis& basis, const GivenDamper& given = {});
 
 }  // namespace hecaton::planner

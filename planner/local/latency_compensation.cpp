@@ -55,9 +55,10 @@ void SetpointLog::sent(std::uint64_t number, const MeasuredState& setpoint) {
 }
 
 std::optional<MeasuredState> SetpointLog::reference(std::uint64_t number, double age) const {
-  const Entry& entry = ring_[number % ring_.size()];
-  if (number == 0 || entry.number != number) return std::nullopt;
-  MeasuredState reference = entry.setpoint;
+  const auto holds = [this](std::uint64_t one) { return one > 0 && ring_[one % ring_.size()].number == one; };
+  if (!holds(number)) return std::nullopt;
+  for (; age < 0.0 && holds(number - 1); --number) age += period_;
+  MeasuredState reference = ring_[number % ring_.size()].setpoint;
   const double overdue = age - period_;
   if (overdue <= 0.0) {
     reference.q += reference.qd * overdue;
@@ -101,13 +102,11 @@ ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector
 JointVector longest_levers(const Arm& arm, int link, double extent) {
   const RobotModel& model = *arm.model;
   const std::vector<double> along = arm_reach(arm).links;
-  const int joints = joints_before(model, link);
   JointVector levers = JointVector::Zero(model.joints());
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const int joint = model.links[i].joint;
-    if (joint < 0 || joint >= joints) continue;
-    const bool shifts = model.links[i].joint_type == JointType::kPrismatic;
-    levers[joint] = shifts ? 1.0 : along[link] - along[i] + extent;
+  for (int i = moved_link(model, link); i >= 0; i = moved_link(model, model.links[i].parent)) {
+    const Link& at = model.links[i];
+    const double lever = at.joint_type == JointType::kPrismatic ? 1.0 : along[link] - along[i] + extent;
+    levers[at.joint] += std::abs(at.multiplier) * lever;
   }
   return levers;
 }

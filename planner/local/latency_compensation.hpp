@@ -1,6 +1,6 @@
 #pragma once
 /// Present states from delayed ones: where arms and obstacles are expected now, and bounds of how far they may be from
-/// there (docs/design/0006-latency-compensation.md). Pure functions; no allocation unless stated.
+/// there (docs/explanation/0006-latency-compensation.md). Pure functions; no allocation unless stated.
 
 #include <array>
 #include <cstdint>
@@ -15,10 +15,12 @@ namespace hecaton::planner {
 /// A state report of the own arm's driver.
 struct OwnArmFeedback {
   MeasuredState state;
-  double age = 0.0;            ///< time since the measurement [s], ≥ 0
-  bool follows = false;        ///< the drive followed set-points
-  std::uint64_t setpoint = 0;  ///< number of the drive's last set-point; 0: none of this planner
-  double setpoint_age = 0.0;   ///< age of that set-point at the time of the measurement [s]
+  double age = 0.0;             ///< time since the measurement [s], ≥ 0
+  bool follows = false;         ///< the drive followed set-points
+  std::uint64_t setpoint = 0;   ///< number of the drive's last set-point; 0: none of this planner
+  double setpoint_age = 0.0;    ///< age of that set-point at the time of the measurement [s]
+  double tracking_delay = 0.0;  ///< lag of the measured state behind the set-points [s], ≥ 0
+  double speed_scaling = 1.0;   ///< share of the velocity limits that the device executes, 0 to 1
 };
 
 /// The present state of the own arm by dead reckoning. The drive moves to its last set-point, `period` [s] after that
@@ -56,8 +58,8 @@ class SetpointLog {
 
   /// Records a set-point. Numbers grow, with gaps allowed; 0 is no number.
   void sent(std::uint64_t number, const MeasuredState& setpoint);
-  /// The drive's reference `age` [s] after the set-point arrived: on the way to it, or on the stop profile from it.
-  /// Nothing for a number that the log does not hold.
+  /// The drive's reference `age` [s] after the set-point arrived: on the way to it, or on the stop profile from it. A
+  /// negative age leads back to the set-points before. Nothing for a number that the log does not hold.
   [[nodiscard]] std::optional<MeasuredState> reference(std::uint64_t number, double age) const;
 
  private:
@@ -77,7 +79,7 @@ struct ReachableStopSet {
 };
 
 /// All rest positions of an arm that was at (q, q̇), moved arbitrarily within its limits for at most `moved_for` [s],
-/// and then followed its stop profile (docs/design/0009-lost-arms.md).
+/// and then followed its stop profile (docs/explanation/0009-lost-arms.md).
 [[nodiscard]] ReachableStopSet reachable_stop_set(const JointLimits& limits, const JointVector& q,
                                                   const JointVector& qd, double moved_for);
 

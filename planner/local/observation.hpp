@@ -9,7 +9,7 @@
 
 namespace hecaton::planner {
 
-/// A plan for several arms that block each other (docs/design/0015-coupled-plans.md). One arm proposes it, other
+/// A plan for several arms that block each other (docs/explanation/0015-coupled-plans.md). One arm proposes it, other
 /// arms join, and all wait for each other at every point. The proposer publishes it.
 struct CoupledPlan {
   std::uint32_t number = 0;                      ///< grows with every proposal of this arm
@@ -23,7 +23,8 @@ struct CoupledPlanProgress {
   std::uint32_t number = 0;  ///< of that plan
   int reached = -1;          ///< index of the last point that the arm was near; −1: none yet
 
-  bool operator==(const CoupledPlanProgress&) const = default;
+  bool operator==(const CoupledPlanProgress&) const = default;  ///< member by member
+  /// The arm has joined this plan.
   [[nodiscard]] bool of(int plan_proposer, std::uint32_t plan_number) const {
     return proposer == plan_proposer && number == plan_number;
   }
@@ -50,7 +51,7 @@ struct ArmObservation {
   CoupledPlanProgress progress = {};      ///< in the coupled plan that it has joined
   std::shared_ptr<const CoupledPlan> proposal = nullptr;  ///< its own proposal; null: none
 
-  [[nodiscard]] bool lost() const { return position_uncertainty.size() > 0; }
+  [[nodiscard]] bool lost() const { return position_uncertainty.size() > 0; }  ///< no process reports its position
 };
 
 }  // namespace hecaton::planner

@@ -17,7 +17,7 @@ class MotionMethod;
 /// line ξ (d − dₛ)/(dᵢ − dₛ) has the time constant S₀ = (dᵢ − dₛ)/ξ. For an arm that needs longer than S₀ to react and
 /// stop, the curve is flatter beyond the speed ξ:
 ///   f(x) = x / S(x),   S(x) = clamp(x/ξ, S₀, response),   x = d − dₛ
-/// Braking keeps this bound if stops take no longer than S(x) − dt (docs/design/0001-braking.md).
+/// Braking keeps this bound if stops take no longer than S(x) − dt (docs/explanation/0001-braking.md).
 struct Damper {
   double security_distance;  ///< dₛ [m]
   double width;              ///< dᵢ − dₛ [m]

@@ -10,8 +10,9 @@ namespace hecaton::planner {
 /// SplitMix64 [Steele14].
 class Random {
  public:
-  explicit Random(std::uint64_t seed = 0) : state_(seed) {}
+  explicit Random(std::uint64_t seed = 0) : state_(seed) {}  ///< equal seeds give equal numbers
 
+  /// 64 random bits.
   std::uint64_t next() {
     state_ += 0x9E37'79B9'7F4A'7C15ULL;
     std::uint64_t z = state_;
@@ -22,7 +23,7 @@ class Random {
 
   /// In [0, 1).
   double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }  ///< in [low, high)
 
   /// Standard normal (Box–Muller, one of the pair).
   double normal() {

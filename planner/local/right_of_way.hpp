@@ -1,6 +1,6 @@
 #pragma once
 /// The right of way between arms: a rule that every arm evaluates alone from published states. It never makes two arms
-/// wait for each other (docs/design/0007-right-of-way.md).
+/// wait for each other (docs/explanation/0007-right-of-way.md).
 
 #include <cstdint>
 #include <span>

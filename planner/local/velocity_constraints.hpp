@@ -18,6 +18,7 @@ struct Row {
   double stop_time = 0.0;   ///< the damper can be kept while stops take no longer than this [s]
 };
 
+/// Bounds of a joint velocity.
 struct VelocityBounds {
   JointVector lower;  ///< [rad/s | m/s]
   JointVector upper;  ///< [rad/s | m/s], ≥ lower

@@ -86,7 +86,7 @@ Sweep swept_by(const DamperScene& scene, const Clearance& clearance, double seco
 
 /// An obstacle that passes by approaches for a while without reaching the arm. The volume that it sweeps while the arm
 /// stops counts as a static body. The damper against this volume replaces the row when it is less restrictive
-/// (docs/design/0010-passing-obstacles.md).
+/// (docs/explanation/0010-passing-obstacles.md).
 void allow_passing(const DamperScene& scene, const Clearance& clearance, double security_distance, Row& row) {
   const double seconds = row.stop_time + scene.dt;
   const ShapeDistance swept = scene.distances->sweep_distance(clearance, {&scene.own, scene.arms, scene.obstacles},
@@ -124,8 +124,9 @@ void against_obstacle(const DamperScene& scene, const Clearance& clearance, Row&
 //     own link                         nᵀ(J_a − J_b) q̇  ≤ f(d − dₛ)
 //
 // differs from paper: rows also hold beyond dᵢ as long as the arm can reach their bound within one period. An arm with
-// bounded acceleration must brake before dᵢ, and braking alone can keep the continued f (docs/design/0001-braking.md).
-// differs from paper: d is the least distance for the age of the state (docs/design/0006-latency-compensation.md).
+// bounded acceleration must brake before dᵢ, and braking alone can keep the continued f
+// (docs/explanation/0001-braking.md). differs from paper: d is the least distance for the age of the state
+// (docs/explanation/0006-latency-compensation.md).
 Row velocity_damper(const DamperScene& scene, const Clearance& clearance) {
   Row row;
   row.key = pair_key(clearance);

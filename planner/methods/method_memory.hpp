@@ -11,10 +11,11 @@ namespace hecaton::planner {
 /// allocation, so that a rollout can copy the memory of a planner. Not thread-safe.
 class MethodMemory {
  public:
-  static constexpr std::size_t kCapacity = 1024;
+  static constexpr std::size_t kCapacity = 1024;  ///< [bytes]
 
   MethodMemory() = default;
-  MethodMemory(const MethodMemory& other) { take(other); }
+  MethodMemory(const MethodMemory& other) { take(other); }  ///< copies the value
+  /// Destroys its value and copies the other.
   MethodMemory& operator=(const MethodMemory& other) {
     if (this != &other) {
       clear();
@@ -24,6 +25,7 @@ class MethodMemory {
   }
   ~MethodMemory() { clear(); }
 
+  /// Destroys the value; then the memory is empty.
   void clear() {
     if (type_ != nullptr) type_->destroy(bytes_);
     type_ = nullptr;

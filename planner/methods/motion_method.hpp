@@ -32,12 +32,16 @@ struct MethodTraits {
   bool sensor_only = false;
   /// How `hecaton plan --method` plans a path by this method.
   enum class Path {
-    kNone,     ///< not available
-    kDescent,  ///< down the gradient of the method's field
-    kWalk,     ///< simulation of the arm alone, in virtual time
-  } path = Path::kNone;
+    kNone,               ///< not available
+    kDescent,            ///< down the gradient of the method's field
+    kWalk,               ///< simulation of the arm alone, in virtual time
+  } path = Path::kNone;  ///< how `hecaton plan` uses it
   /// What `--plot` draws for this method.
-  enum class Plot { kNone, kField, kCspace } plot = Plot::kNone;
+  enum class Plot {
+    kNone,               ///< nothing
+    kField,              ///< the field at the height of the goal
+    kCspace,             ///< the C-space of two joints
+  } plot = Plot::kNone;  ///< what `--plot` draws
 };
 
 /// Storage of one thread for one method and one CellGeometry. Its contents have no meaning between ticks.
@@ -50,12 +54,14 @@ class MethodWorkspace {
 
 /// The surroundings of the arm. References are valid during the call.
 struct MethodScene {
-  const CellGeometry& geometry;
+  const CellGeometry& geometry;          ///< bodies of the arm, of other arms and of obstacles
   CellPoses poses;                       ///< arms and obstacles, extrapolated to now
   std::span<const ArmObservation> arms;  ///< as last observed, one per arm of the cell
   double self_security_distance;         ///< between links of the arm [m]
-  ExactDistance& distance;               ///< of the cell; a call changes its scratch
-  MethodWorkspace* workspace;            ///< result of make_workspace(); may be null
+  /// Of the cell: `distance.clearances(poses, …)` measures what is near, in this thread; it changes its scratch. Needs
+  /// planner/collision/exact_distance.hpp.
+  ExactDistance& distance;
+  MethodWorkspace* workspace;  ///< result of make_workspace(); may be null
 };
 
 /// One control period of an arm that has a goal. References are valid during the call.
@@ -86,6 +92,7 @@ struct MethodState {
   double& rollout_wait;  ///< remaining time that a blocked arm waits for a rollout before it deviates [s]
 };
 
+/// What an arm wants before any constraint acts.
 struct WantedMotion {
   JointVector velocity;  ///< [rad/s | m/s]
   bool stalled = false;  ///< the method makes no progress although the arm may move: the arm reports kBlocked
@@ -100,6 +107,7 @@ struct ConstrainedMotion {
   bool has_right_of_way;         ///< the other arms yield
 };
 
+/// What an arm wants after the constraints have acted.
 struct Redirection {
   std::optional<JointVector> velocity;  ///< new wanted velocity [rad/s | m/s]; nothing: unchanged
   bool awaiting_rollout = false;        ///< the arm is blocked and waits for a rollout before it deviates
@@ -117,8 +125,9 @@ enum class GuidedPath : std::uint8_t {
 /// loop calls the guide: each call does bounded work. Not thread-safe.
 class MotionGuide {
  public:
+  /// Where the arm goes next.
   struct Aim {
-    GuidedPath path = GuidedPath::kSearching;
+    GuidedPath path = GuidedPath::kSearching;  ///< that q belongs to
     JointVector q;  ///< next target on a straight line; the arm's rest position to stay [rad | m]
   };
 
@@ -140,10 +149,10 @@ class MotionGuide {
 /// Functions that a tick calls (want, redirect, is_blocked) are pure: no clock, allocation, log or network.
 class MotionMethod {
  public:
-  explicit MotionMethod(const MethodTraits& traits) : traits_(traits) {}
+  explicit MotionMethod(const MethodTraits& traits) : traits_(traits) {}  ///< the texts must outlive the method
   virtual ~MotionMethod() = default;
 
-  [[nodiscard]] const MethodTraits& traits() const { return traits_; }
+  [[nodiscard]] const MethodTraits& traits() const { return traits_; }  ///< as given
 
   // Called once, when a cell is loaded.
   /// Passes each parameter to the visitor, which may set it.
@@ -162,13 +171,15 @@ class MotionMethod {
     std::string_view key;  ///< in the cell file
     double value;          ///< [m]
   };
+  /// Nothing if the method uses no sensors.
   [[nodiscard]] virtual std::optional<SensingMargin> sensing_margin() const { return std::nullopt; }
   /// Nothing if the method keeps the arm free of contact; otherwise a sentence that begins with the key at fault.
   [[nodiscard]] virtual std::optional<std::string> contact_risk() const { return std::nullopt; }
 
   // Called once for each arm or thread. May allocate. Null: the method needs none.
+  /// Storage for one thread and this geometry.
   [[nodiscard]] virtual std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const;
-  /// `dt`: control period [s].
+  /// Large state of this arm. `dt`: control period [s].
   [[nodiscard]] virtual std::unique_ptr<MotionGuide> make_guide(const Arm& arm, double dt) const;
 
   // Called in each tick with a goal.
@@ -185,10 +196,10 @@ class MotionMethod {
   MethodTraits traits_;
 };
 
-/// Base of a method with parameters of type P; parameters_of<P>() finds them.
+/// Base of a method with parameters of type P; `parameters_of<P>()` finds them.
 template <class P>
 struct Configured {
-  P parameters;
+  P parameters;  ///< set by the reader of the cell file
 };
 
 /// The methods of one arm, each with the parameters of the cell file.

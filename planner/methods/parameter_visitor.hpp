@@ -13,11 +13,12 @@
 
 namespace hecaton::planner {
 
+/// The allowed values of a number.
 struct ParameterRange {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  std::string_view unit = "";
-  bool low_open = false;  ///< low itself is not allowed
+  double low = -std::numeric_limits<double>::infinity();  ///< least value
+  double high = std::numeric_limits<double>::infinity();  ///< greatest value
+  std::string_view unit = "";                             ///< for messages
+  bool low_open = false;                                  ///< low itself is not allowed
 };
 
 /// Names have static storage duration. A visitor overrides the functions that it needs.
@@ -29,10 +30,13 @@ class ParameterVisitor {
   /// Default of all functions below.
   virtual void key(std::string_view /*name*/) {}
 
+  /// A number with a unit.
   virtual void number(std::string_view name, double& /*value*/, const ParameterRange& /*range*/) { key(name); }
   /// A duration [s].
   virtual void seconds(std::string_view name, double& /*value*/, const ParameterRange& /*range*/) { key(name); }
+  /// A whole number, low to high.
   virtual void integer(std::string_view name, int& /*value*/, int /*low*/, int /*high*/) { key(name); }
+  /// True or false.
   virtual void boolean(std::string_view name, bool& /*value*/) { key(name); }
   /// A list of up to values.size() numbers; `count`: the number of values.
   virtual void numbers(std::string_view name, std::span<double> /*values*/, int& /*count*/,

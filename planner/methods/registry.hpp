@@ -10,10 +10,12 @@ namespace hecaton::planner {
 /// A value. A program with own methods copies built_in_methods(), adds its methods, and loads its cell with the copy.
 class MethodRegistry {
  public:
+  /// Makes a method with default parameters.
   using Make = std::function<std::shared_ptr<MotionMethod>()>;
 
   /// Throws std::invalid_argument if a method of the same name exists.
   void add(const Make& make);
+  /// The same for a method without arguments.
   template <class Method>
   void add() {
     add([] { return std::make_shared<Method>(); });
@@ -21,7 +23,7 @@ class MethodRegistry {
 
   /// In the order of their registration.
   [[nodiscard]] const std::vector<MethodTraits>& traits() const { return traits_; }
-  [[nodiscard]] std::vector<std::string_view> names() const;
+  [[nodiscard]] std::vector<std::string_view> names() const;  ///< in the order of their registration
   /// One method of each kind, with default parameters.
   [[nodiscard]] std::vector<std::shared_ptr<MotionMethod>> make_all() const;
 

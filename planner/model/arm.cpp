@@ -1,8 +1,5 @@
 #include "planner/model/arm.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "planner/model/kinematics.hpp"
 
 namespace hecaton::planner {
@@ -17,13 +14,15 @@ ArmReach arm_reach(const Arm& arm) {
   reach.links.assign(model.links.size(), 0.0);
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const Link& link = model.links[i];
-    if (joints_before(model, static_cast<int>(i)) == 0) {
+    const int axes = axes_before(model, static_cast<int>(i));
+    if (axes == 0) {
       reach.links[i] = (at_zero.X_WL[i].translation() - reach.centre).norm();
       continue;
     }
-    reach.links[i] = link.joint == 0 ? 0.0 : reach.links[link.parent] + link.X_PJ.translation().norm();
+    const bool is_first = axes == 1 && link.joint >= 0;
+    reach.links[i] = is_first ? 0.0 : reach.links[link.parent] + link.X_PJ.translation().norm();
     if (link.joint >= 0 && link.joint_type == JointType::kPrismatic) {
-      reach.links[i] += std::max(std::abs(arm.limits.lower[link.joint]), std::abs(arm.limits.upper[link.joint]));
+      reach.links[i] += largest_position(link, arm.limits);
     }
   }
   reach.tool = reach.links[model.tool_link] + model.X_LT.translation().norm();

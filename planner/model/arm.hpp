@@ -18,15 +18,15 @@ enum class LinkShapes {
 
 /// An arm of the cell. Plain value; the model is shared and constant.
 struct Arm {
-  std::string name;  ///< unique in the cell
-  std::shared_ptr<const RobotModel> model;
-  Pose X_WB = Pose::Identity();  ///< root link's frame in W
-  JointLimits limits;            ///< the URDF's, tightened by the cell file
-  LinkShapes shapes = LinkShapes::kFast;
+  std::string name;                          ///< unique in the cell
+  std::shared_ptr<const RobotModel> model;   ///< never null
+  Pose X_WB = Pose::Identity();              ///< root link's frame in W
+  JointLimits limits;                        ///< the URDF's, tightened by the cell file
+  LinkShapes shapes = LinkShapes::kFast;     ///< for distances
   std::map<std::string, JointVector> named;  ///< named configurations, within limits; "home" always exists
   int robot = -1;  ///< arms of one robot have the same number, ≥ 0; −1: the arm is a robot of its own
 
-  [[nodiscard]] const JointVector& home() const { return named.at("home"); }
+  [[nodiscard]] const JointVector& home() const { return named.at("home"); }  ///< the pose of that name
 };
 
 /// Two arms of one robot share the bodies that no joint moves, such as a torso. Only their moving bodies can collide
@@ -43,7 +43,7 @@ struct ArmReach {
   double tool = 0.0;          ///< the same for the origin of the tool frame T [m]
 };
 
-/// Depends on the model, the base pose and the limits of prismatic joints only.
+/// How far the arm reaches. Depends on the model, the base pose and the limits of prismatic joints only.
 [[nodiscard]] ArmReach arm_reach(const Arm& arm);
 
 }  // namespace hecaton::planner

@@ -3,114 +3,31 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/kinematics.hpp"
+#include "planner/model/rate_bounds.hpp"
 
 namespace hecaton::planner {
 namespace {
-
-/// Points in S whose convex hull, inflated by a ball, is the shape or a superset of it.
-std::vector<Eigen::Vector3d> core_points(const world::Shape& shape) {
-  const auto corners = [](const Eigen::Vector3d& half) {
-    std::vector<Eigen::Vector3d> points;
-    for (const double x : {-half.x(), half.x()}) {
-      for (const double y : {-half.y(), half.y()}) {
-        for (const double z : {-half.z(), half.z()}) points.emplace_back(x, y, z);
-      }
-    }
-    return points;
-  };
-  if (const auto* box = std::get_if<world::Box>(&shape)) return corners(box->half_extents);
-  if (const auto* capsule = std::get_if<world::Capsule>(&shape)) return corners({0.0, 0.0, capsule->half_length});
-  if (const auto* cylinder = std::get_if<world::Cylinder>(&shape)) {
-    return corners({cylinder->radius, cylinder->radius, cylinder->half_length});
-  }
-  if (const auto* convex = std::get_if<world::Convex>(&shape)) return convex->hull->vertices;
-  return {Eigen::Vector3d::Zero()};
-}
-
-/// For each joint between a and b, a bound on the change of their distance per unit of motion.
-///
-/// With witness points p_a, p_b and n from a to b, ḋ = n·(v_b − v_a) = q̇ n·(z × (p_b − o)) = q̇ n·(z × (p_a − o)),
-/// because n is parallel to p_b − p_a. Balls do not contribute: n·(z × r n) = 0. So |ḋ| ≤ |q̇| times the distance of the
-/// furthest core point from the axis, for either shape. For a prismatic joint |ḋ| ≤ |q̇|.
-class RateBounds {
- public:
-  RateBounds(const RobotModel& model, int a, int b) : model_(model) {
-    forward_kinematics(model, Pose::Identity(), reference(model), kinematics_);
-    first_ = joints_before(model, model.geometry[a].link);
-    last_ = joints_before(model, model.geometry[b].link) - 1;
-    for (int j = first_; j <= last_; ++j) {
-      rates_.push_back(kinematics_.prismatic[j] ? 1.0 : std::min(reach_of_a(a, j), reach_of_b(b, j)));
-    }
-  }
-  [[nodiscard]] int first() const { return first_; }
-  [[nodiscard]] const std::vector<double>& rates() const { return rates_; }
-  [[nodiscard]] bool prismatic(int i) const { return kinematics_.prismatic[first_ + i]; }
-
-  static JointVector reference(const RobotModel& model) {
-    JointVector q = JointVector::Zero(model.joints());
-    for (int j = 0; j < model.joints(); ++j) {
-      if (std::isfinite(model.limits.lower[j])) q[j] = std::clamp(0.0, model.limits.lower[j], model.limits.upper[j]);
-    }
-    return q;
-  }
-
- private:
-  [[nodiscard]] double off_axis(const Eigen::Vector3d& p_W, int joint) const {
-    return kinematics_.axis_W[joint].cross(p_W - kinematics_.origin_W[joint]).norm();
-  }
-  /// Travel of a prismatic joint: distances across the joint grow by at most this from the reference.
-  [[nodiscard]] double travel(int joint) const {
-    return kinematics_.prismatic[joint] ? model_.limits.upper[joint] - model_.limits.lower[joint] : 0.0;
-  }
-  [[nodiscard]] double between_origins(int joint) const {  // joint and joint + 1
-    return (kinematics_.origin_W[joint + 1] - kinematics_.origin_W[joint]).norm() + travel(joint);
-  }
-  [[nodiscard]] std::vector<Eigen::Vector3d> core_W(int geometry) const {
-    const LinkGeometry& g = model_.geometry[geometry];
-    std::vector<Eigen::Vector3d> points = core_points(g.shape);
-    for (auto& p : points) p = kinematics_.X_WL[g.link] * (g.X_LS * p);
-    return points;
-  }
-  template <typename Measure>
-  [[nodiscard]] double furthest(int geometry, Measure measure) const {
-    double result = 0.0;
-    for (const auto& p_W : core_W(geometry)) result = std::max(result, measure(p_W));
-    return result;
-  }
-
-  /// Joint last_ carries b: exact for last_, by the triangle inequality along the chain for joints before it.
-  [[nodiscard]] double reach_of_b(int b, int joint) const {
-    if (joint == last_) return furthest(b, [&](const auto& p_W) { return off_axis(p_W, joint); });
-    double reach = off_axis(kinematics_.origin_W[joint + 1], joint);
-    for (int j = joint + 1; j < last_; ++j) reach += between_origins(j);
-    return reach + travel(last_) +
-           furthest(b, [&](const auto& p_W) { return (p_W - kinematics_.origin_W[last_]).norm(); });
-  }
-  /// Joint first_ is mounted on the body of a: exact for first_.
-  [[nodiscard]] double reach_of_a(int a, int joint) const {
-    if (joint == first_) return furthest(a, [&](const auto& p_W) { return off_axis(p_W, joint); });
-    double reach = off_axis(kinematics_.origin_W[joint - 1], joint) + travel(joint - 1);
-    for (int j = first_; j < joint - 1; ++j) reach += between_origins(j);
-    return reach + furthest(a, [&](const auto& p_W) { return (p_W - kinematics_.origin_W[first_]).norm(); });
-  }
-
-  const RobotModel& model_;
-  Kinematics kinematics_;
-  int first_ = 0;
-  int last_ = 0;
-  std::vector<double> rates_;
-};
 
 struct Region {
   JointVector middle;
   JointVector half_width;
 };
+
+RateBounds rate_bounds(const RobotModel& model, int a, int b) {
+  const auto part = [&](const LinkGeometry& geometry) {
+    return link_part(geometry.link, geometry.shape, geometry.X_LS);
+  };
+  return {model, part(model.geometry[a]), part(model.geometry[b])};
+}
 
 double pair_distance(const RobotModel& model, int a, int b, const PairDistance& distance,
                      const Kinematics& kinematics) {
@@ -120,32 +37,38 @@ double pair_distance(const RobotModel& model, int a, int b, const PairDistance& 
                   kinematics.X_WL[other.link] * other.X_LS);
 }
 
+/// A joint that a proof holds at a position [rad].
+struct HeldJoint {
+  int joint = -1;  ///< −1: none
+  double position = 0.0;
+};
+
 /// Proves sign · d > bound for the distance d of a and b in all configurations. Branch and bound with RateBounds.
 bool proven_everywhere(const RobotModel& model, int a, int b, const PairDistance& distance, double sign, double bound,
-                       int budget) {
-  if (joints_before(model, model.geometry[a].link) > joints_before(model, model.geometry[b].link)) std::swap(a, b);
-  const RateBounds bounds(model, a, b);
-  const int n = static_cast<int>(bounds.rates().size());
-  Region everything{JointVector::Zero(n), JointVector::Zero(n)};
-  for (int i = 0; i < n; ++i) {
-    const double lower = model.limits.lower[bounds.first() + i];
-    const double upper = model.limits.upper[bounds.first() + i];
+                       int budget, const HeldJoint& held = {}) {
+  const RateBounds bounds = rate_bounds(model, a, b);
+  const int n = model.joints();
+  Region everything{RateBounds::reference(model), JointVector::Zero(n)};
+  for (const int j : bounds.joints()) {
+    const double lower = model.limits.lower[j];
+    const double upper = model.limits.upper[j];
     const bool endless = !std::isfinite(lower) || !std::isfinite(upper);
-    everything.middle[i] = endless ? 0.0 : 0.5 * (lower + upper);
-    everything.half_width[i] = endless ? std::numbers::pi : 0.5 * (upper - lower);
-    // One turn of a joint that turns has all its postures.
-    if (!bounds.prismatic(i)) everything.half_width[i] = std::min(everything.half_width[i], std::numbers::pi);
+    everything.middle[j] = endless ? 0.0 : 0.5 * (lower + upper);
+    everything.half_width[j] = endless ? std::numbers::pi : 0.5 * (upper - lower);
+    // One turn has all postures.
+    if (repeats_after_turn(model, j)) everything.half_width[j] = std::min(everything.half_width[j], std::numbers::pi);
+    if (j != held.joint) continue;
+    everything.middle[j] = held.position;
+    everything.half_width[j] = 0.0;
   }
 
-  JointVector q = RateBounds::reference(model);
   Kinematics kinematics;
   std::vector<Region> open{everything};
   for (int evaluations = 0; !open.empty(); ++evaluations) {
     if (evaluations >= budget) return false;
     const Region region = open.back();
     open.pop_back();
-    q.segment(bounds.first(), n) = region.middle;
-    forward_kinematics(model, Pose::Identity(), q, kinematics);
+    forward_kinematics(model, Pose::Identity(), region.middle, kinematics);
     const double d = sign * pair_distance(model, a, b, distance, kinematics);
     if (!(d > bound)) return false;
     double change = 0.0;
@@ -201,7 +124,8 @@ Pairs always_touching(const RobotModel& model, const PairDistance& distance, con
   const double most_clear = (1.0 - options.always) * options.samples;
   sample(model, options, [&](const JointVector& /*q*/, const Kinematics& kinematics) {
     std::erase_if(counts, [&](Count& count) {
-      if (pair_distance(model, count.pair.first, count.pair.second, distance, kinematics) > 0.0) ++count.clear;
+      if (pair_distance(model, count.pair.first, count.pair.second, distance, kinematics) > options.contact)
+        ++count.clear;
       return count.clear > most_clear;
     });
     return !counts.empty();
@@ -276,7 +200,7 @@ void remove(RobotModel& model, const Pairs& pairs, const std::string& reason) {
   if (pairs.empty()) return;
   std::erase_if(model.self_pairs,
                 [&](const auto& pair) { return std::find(pairs.begin(), pairs.end(), pair) != pairs.end(); });
-  model.notes.push_back("self-collision is not checked between links that " + reason + ": " + names(model, pairs));
+  model.details.push_back("self-collision is not checked between links that " + reason + ": " + names(model, pairs));
 }
 
 }  // namespace
@@ -285,9 +209,9 @@ Pairs pairs_of_separate_bodies(const RobotModel& model) {
   Pairs pairs;
   for (int a = 0; a < static_cast<int>(model.geometry.size()); ++a) {
     for (int b = a + 1; b < static_cast<int>(model.geometry.size()); ++b) {
-      const int joints_a = joints_before(model, model.geometry[a].link);  // numbers the rigid bodies from the base
-      const int joints_b = joints_before(model, model.geometry[b].link);
-      if (std::abs(joints_a - joints_b) > 1) pairs.emplace_back(a, b);
+      const int axes_a = axes_before(model, model.geometry[a].link);  // numbers the rigid bodies from the base
+      const int axes_b = axes_before(model, model.geometry[b].link);
+      if (std::abs(axes_a - axes_b) > 1) pairs.emplace_back(a, b);
     }
   }
   return pairs;
@@ -323,21 +247,95 @@ void filter_close_pairs(RobotModel& model, const PairDistance& distance, const F
          "no posture parts by more than " + millimetres(options.adjacent) + " and that provably never touch");
   model.close_pairs = std::move(kept);
   if (may_touch.empty()) return;
-  model.notes.push_back("no posture parts these links by more than " + millimetres(widest) +
-                        (proven ? " (proven)" : " (found in " + std::to_string(options.samples) + " postures)") +
-                        ", therefore they keep smaller distances than other links: " + names(model, may_touch));
+  model.details.push_back("no posture parts these links by more than " + millimetres(widest) +
+                          (proven ? " (proven)" : " (found in " + std::to_string(options.samples) + " postures)") +
+                          ", therefore they keep smaller distances than other links: " + names(model, may_touch));
+}
+
+constexpr double kWholeTurn = 2.0 * std::numbers::pi;
+/// Positions of a turn at which a joint may be blocked; a divisor of 360, so that half a turn is one of them.
+constexpr int kTurnPositions = 24;
+
+/// True if a pair overlaps in every posture with `joint` at `position` [rad].
+bool blocked_at(const RobotModel& model, int joint, double position, const PairDistance& distance,
+                const FilterOptions& options) {
+  return std::any_of(model.self_pairs.begin(), model.self_pairs.end(), [&](const std::pair<int, int>& pair) {
+    if (!rate_bounds(model, pair.first, pair.second).joints().contains(joint)) return false;
+    return proven_everywhere(model, pair.first, pair.second, distance, -1.0, 0.0, options.proof_budget,
+                             {joint, position});
+  });
+}
+
+/// The widest range between blocked positions of a joint; of equals, the nearest to zero. Empty: nothing blocks it.
+std::optional<std::pair<double, double>> passable_range(const RobotModel& model, int joint,
+                                                        const PairDistance& distance, const FilterOptions& options) {
+  const bool endless = !std::isfinite(model.limits.lower[joint]) || !std::isfinite(model.limits.upper[joint]);
+  const double lower = endless ? -kWholeTurn : model.limits.lower[joint];
+  const double upper = endless ? kWholeTurn : model.limits.upper[joint];
+  if (upper - lower <= kWholeTurn) return std::nullopt;
+  std::vector<double> bounds;
+  for (int k = 0; k < kTurnPositions; ++k) {
+    const double position = kWholeTurn * k / kTurnPositions;
+    if (!blocked_at(model, joint, position, distance, options)) continue;
+    for (double at = position + kWholeTurn * std::ceil((lower - position) / kWholeTurn); at <= upper;
+         at += kWholeTurn) {
+      bounds.push_back(at);
+    }
+  }
+  if (bounds.empty()) return std::nullopt;
+  if (!endless) bounds.insert(bounds.end(), {lower, upper});
+  std::sort(bounds.begin(), bounds.end());
+  std::pair widest{bounds[0], bounds[0]};
+  for (std::size_t i = 0; i + 1 < bounds.size(); ++i) {
+    constexpr double kEqual = 1e-6;  // [rad]
+    const double gain = bounds[i + 1] - bounds[i] - (widest.second - widest.first);
+    const bool nearer = std::abs(bounds[i] + bounds[i + 1]) < std::abs(widest.first + widest.second);
+    if (gain > kEqual || (gain > -kEqual && nearer)) widest = {bounds[i], bounds[i + 1]};
+  }
+  return widest;
+}
+
+std::string degrees(double radians) {
+  return std::to_string(std::lround(radians * 180.0 / std::numbers::pi)) + "°";
+}
+
+/// Ends joints of more than one turn where they cannot go on, because a pair overlaps in every posture. Other turns
+/// have the same postures, but no motion of the arm leads there.
+void end_blocked_turns(RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
+  std::string joints;
+  for (Link& link : model.links) {
+    if (link.joint < 0 || link.follows || !repeats_after_turn(model, link.joint)) continue;
+    const auto range = passable_range(model, link.joint, distance, options);
+    if (!range) continue;
+    std::tie(model.limits.lower[link.joint], model.limits.upper[link.joint]) = *range;
+    link.joint_type = JointType::kRevolute;
+    joints +=
+        (joints.empty() ? "" : ", ") + link.joint_name + " " + degrees(range->first) + " to " + degrees(range->second);
+  }
+  if (joints.empty()) return;
+  model.notes.push_back("joints end where links overlap in every posture, because no motion passes there: " + joints);
+  std::erase_if(model.named, [&](const auto& pose) {
+    const JointVector& q = pose.second;
+    const bool within =
+        (q.array() >= model.limits.lower.array()).all() && (q.array() <= model.limits.upper.array()).all();
+    if (!within) model.notes.push_back("pose " + pose.first + " of the SRDF is left out: it is in another turn");
+    return !within;
+  });
 }
 
 }  // namespace
 
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options) {
-  if (options.samples > 0) remove(model, always_touching(model, distance, options), "touch in nearly every posture");
+  if (options.samples > 0)
+    remove(model, always_touching(model, distance, options),
+           "touch in nearly every posture, or are nearer than " + millimetres(options.contact));
   Pairs apart;
   for (const auto& [a, b] : model.self_pairs) {
     if (proven_apart(model, a, b, distance, options.apart, options.proof_budget)) apart.emplace_back(a, b);
   }
   remove(model, apart, "provably never come near each other");
   filter_close_pairs(model, distance, options);
+  end_blocked_turns(model, distance, options);
 }
 
 }  // namespace hecaton::planner

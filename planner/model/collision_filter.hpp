@@ -21,6 +21,7 @@ struct FilterOptions {
   int samples = 500;  ///< random configurations
   std::uint64_t random_seed = 1;
   double always = 0.95;     ///< a pair that touches in this share of the samples counts as always touching
+  double contact = 5e-3;    ///< nearer than this, enclosing shapes cannot tell whether links touch [m]
   double apart = 0.02;      ///< the filter drops pairs that provably never come nearer than this [m]
   int proof_budget = 2000;  ///< distance evaluations per pair; the filter keeps pairs whose proof needs more
   double close = 0.25;      ///< pairs whose distance never exceeds this are listed as close [m]
@@ -30,11 +31,12 @@ struct FilterOptions {
 };
 
 /// Removes three kinds of pairs from model.self_pairs:
-/// - pairs that touch in nearly every sampled configuration: they overlap by construction;
+/// - pairs that touch, or nearly touch, in nearly every sampled configuration: their shapes overlap by construction;
 /// - pairs that provably stay apart in all configurations within the limits;
 /// - adjacent pairs, which no posture brings far apart, that provably never touch.
-/// A pair without proof stays, even if no sample touches. Then lists the close pairs among those that remain in
-/// model.close_pairs. Adds a note for each kind. Deterministic for a random_seed.
+/// A pair without proof stays, even if no sample touches. Then lists the close pairs among the rest in close_pairs, and
+/// narrows limits of joints whose other turns no motion reaches. Adds notes and details. Deterministic for a
+/// random_seed.
 void automatic_filter(RobotModel& model, const PairDistance& distance, const FilterOptions& options = {});
 
 /// True when geometry a and b provably stay further apart than `apart` [m] in every configuration within the limits.

@@ -44,7 +44,9 @@ std::vector<Eigen::Vector3d> enclosing_vertices(const world::Shape& shape) {
 /// The places of one link that followers move.
 class Sweep {
  public:
-  Sweep(const std::vector<Follower>& followers, const RobotModel& model, int link) : model_(model) {
+  Sweep(const std::vector<Follower>& followers, const std::vector<MotionRange>& ranges, const RobotModel& model,
+        int link)
+      : model_(model), ranges_(ranges) {
     for (int i = link; i >= 0 && model.links[i].joint < 0; i = model.links[i].parent) {
       const auto follower =
           std::find_if(followers.begin(), followers.end(), [&](const Follower& one) { return one.link == i; });
@@ -74,7 +76,7 @@ class Sweep {
     const std::vector<int> joints(joints_.begin(), joints_.end());
     const int count0 = samples(joints[0]);
     const int count1 = joints.size() > 1 ? samples(joints[1]) : 1;
-    JointVector q = JointVector::Zero(model_.joints());
+    Positions q(model_.joints() + ranges_.size(), 0.0);
     const Pose X_LP = held_pose().inverse();
     for (int a = 0; a < count0; ++a) {
       q[joints[0]] = sample(joints[0], a, count0);
@@ -108,6 +110,8 @@ class Sweep {
   }
 
  private:
+  using Positions = std::vector<double>;  ///< of the chain's joints, then of those with a range
+
   struct Step {
     int link;
     const Follower* follower;  ///< null: fixed
@@ -129,13 +133,15 @@ class Sweep {
     }
     return sum;
   }
-  [[nodiscard]] bool is_endless(int joint) const { return !std::isfinite(model_.limits.lower[joint]); }
-  [[nodiscard]] double lowest(int joint) const {
-    return is_endless(joint) ? -0.5 * range(joint) : model_.limits.lower[joint];
+  [[nodiscard]] MotionRange limits(int joint) const {
+    if (joint >= model_.joints()) return ranges_[joint - model_.joints()];
+    return {model_.limits.lower[joint], model_.limits.upper[joint]};
   }
+  [[nodiscard]] bool is_endless(int joint) const { return !std::isfinite(limits(joint).lower); }
+  [[nodiscard]] double lowest(int joint) const { return is_endless(joint) ? -0.5 * range(joint) : limits(joint).lower; }
   /// A joint without limits takes its followers once around.
   [[nodiscard]] double range(int joint) const {
-    if (!is_endless(joint)) return model_.limits.upper[joint] - model_.limits.lower[joint];
+    if (!is_endless(joint)) return limits(joint).upper - limits(joint).lower;
     double slowest = 1.0;
     for (const Step& step : path_) {
       if (step.follower != nullptr && step.follower->joint == joint && step.follower->multiplier != 0.0) {
@@ -159,7 +165,7 @@ class Sweep {
     return X;
   }
 
-  [[nodiscard]] Pose motion(const Step& step, const JointVector& q) const {
+  [[nodiscard]] Pose motion(const Step& step, const Positions& q) const {
     if (step.follower == nullptr) return model_.links[step.link].X_PJ;
     const Follower& follower = *step.follower;
     const double position = follower.multiplier * q[follower.joint] + follower.offset;
@@ -173,13 +179,13 @@ class Sweep {
     return X;
   }
   /// The link in the frame of the link P that carries the first follower.
-  [[nodiscard]] Pose pose(const JointVector& q) const {
+  [[nodiscard]] Pose pose(const Positions& q) const {
     Pose X = Pose::Identity();
     for (const Step& step : path_) X = X * motion(step, q);
     return X;
   }
   /// The greatest distance of a point from the origin of a follower's joint.
-  [[nodiscard]] double greatest_lever(const JointVector& q, const std::vector<Eigen::Vector3d>& points,
+  [[nodiscard]] double greatest_lever(const Positions& q, const std::vector<Eigen::Vector3d>& points,
                                       std::size_t first) const {
     double greatest = 0.0;
     Pose X = Pose::Identity();
@@ -194,23 +200,24 @@ class Sweep {
   }
 
   const RobotModel& model_;
+  const std::vector<MotionRange>& ranges_;
   std::vector<Step> path_;  ///< from the first follower to the link
-  std::set<int> joints_;    ///< of the chain, that move the link in the frame of the link that carries the mechanism
+  std::set<int> joints_;    ///< Follower::joint that move the link in the frame of the link that carries the mechanism
 };
 
 }  // namespace
 
-void enclose_followers(const std::vector<Follower>& followers, const std::string& path, RobotModel& model) {
+void enclose_followers(const std::vector<Follower>& followers, const std::vector<MotionRange>& ranges,
+                       const std::string& path, RobotModel& model) {
   if (followers.empty()) return;
   std::set<std::string> names;
   for (int g = 0; g < static_cast<int>(model.geometry.size()); ++g) {
     LinkGeometry& geometry = model.geometry[g];
-    const Sweep sweep(followers, model, geometry.link);
+    const Sweep sweep(followers, ranges, model, geometry.link);
     if (!sweep.moves()) continue;
     const std::string& name = model.links[geometry.link].name;
     if (sweep.joints().size() > 2) {
-      throw ModelError(path + ": link " + in_quotes(name) +
-                       " follows more than two joints of the chain; this is not supported");
+      throw ModelError(path + ": link " + in_quotes(name) + " follows more than two joints; this is not supported");
     }
     auto hull = sweep.around(geometry);
     if (!hull) {
@@ -224,16 +231,17 @@ void enclose_followers(const std::vector<Follower>& followers, const std::string
     geometry.capsule = link_capsule(geometry.shape);
     std::erase_if(model.self_pairs, [&](const std::pair<int, int>& pair) {
       if (pair.first != g && pair.second != g) return false;
-      const int other = model.geometry[pair.first == g ? pair.second : pair.first].link;
-      return sweep.joints().contains(joints_before(model, other) - 1);
+      const int moved = moved_link(model, model.geometry[pair.first == g ? pair.second : pair.first].link);
+      return moved >= 0 && sweep.joints().contains(model.links[moved].joint);
     });
     names.insert(name);
   }
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + in_quotes(name);
   if (!list.empty()) {
-    model.notes.push_back(
-        "links beside the chain follow its joints; their shapes enclose all places where they may be: " + list);
+    model.notes.push_back(std::string("links beside the chain follow its joints") +
+                          (ranges.empty() ? "" : " or move within their ranges") +
+                          "; their shapes enclose all places where they may be: " + list);
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
-/// Links beside the chain that a joint of the chain moves: counterweight cylinders, rods of parallelograms. Their
-/// joints mimic a joint of the chain. The planner does not move them; their shapes enclose all places where they may
-/// be.
+/// Links beside the chain that move: counterweight cylinders and rods of parallelograms, whose joints mimic a joint of
+/// the chain, and grippers. The planner does not move them; their shapes enclose all places where they may be.
 
 #include <string>
 #include <vector>
@@ -10,21 +9,30 @@
 
 namespace hecaton::planner {
 
+/// Positions of a joint outside the chain that moves on its own [rad | m].
+struct MotionRange {
+  double lower = 0.0;
+  double upper = 0.0;  ///< > lower
+
+  friend bool operator==(const MotionRange&, const MotionRange&) = default;
+};
+
 /// A joint beside the chain, at multiplier · q[joint] + offset.
 struct Follower {
   int link = 0;                           ///< that it carries, an index into RobotModel::links
   JointType type = JointType::kRevolute;  ///< before it was fixed
   Pose X_PJ = Pose::Identity();           ///< joint frame in the parent link's frame, at position 0
-  int joint = 0;                          ///< of the chain
+  int joint = 0;                          ///< of the chain; RobotModel::joints() + i: the one with the i-th range
   double multiplier = 1.0;                ///< [rad/rad | m/rad | …]
   double offset = 0.0;                    ///< [rad | m]
 };
 
 /// Replaces each shape of a link that followers move by a convex polyhedron around all places of the shape within the
-/// joint limits, fixed to the body that carries the mechanism. Removes self pairs of such a shape with the body that
-/// its joint moves, because a mechanism does not collide with what drives it. Adds one note. `model` has its limits,
-/// geometry and self pairs. Throws ModelError, which begins with `path`, when more than two joints move one link's
-/// followers, or when a shape gets farther than 100 m.
-void enclose_followers(const std::vector<Follower>& followers, const std::string& path, RobotModel& model);
+/// joint limits and `ranges`, fixed to the body that carries the mechanism. Removes self pairs of such a shape with the
+/// body that its joint moves, because a mechanism does not collide with what drives it. Adds one note. `model` has its
+/// limits, geometry and self pairs. Throws ModelError, which begins with `path`, when more than two joints move one
+/// link's followers, or when a shape gets farther than 100 m.
+void enclose_followers(const std::vector<Follower>& followers, const std::vector<MotionRange>& ranges,
+                       const std::string& path, RobotModel& model);
 
 }  // namespace hecaton::planner

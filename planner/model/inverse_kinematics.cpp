@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+
 #include "planner/model/kinematics.hpp"
 
 namespace hecaton::planner {
@@ -123,12 +125,11 @@ class Solver {
   FrameJacobian J_;
 };
 
-/// Adds whole turns to revolute joints, so that they are as near to `start` as the limits allow.
+/// Adds whole turns to joints that repeat after them, so that they are as near to `start` as the limits allow.
 JointVector unwound(const Arm& arm, JointVector q, const JointVector& start) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  for (const Link& link : arm.model->links) {
-    if (link.joint < 0 || link.joint_type == JointType::kPrismatic) continue;
-    const int j = link.joint;
+  for (int j = 0; j < arm.model->joints(); ++j) {
+    if (!repeats_after_turn(*arm.model, j)) continue;
     const double turned = q[j] + kTurn * std::round((start[j] - q[j]) / kTurn);
     if (turned >= arm.limits.lower[j] && turned <= arm.limits.upper[j]) q[j] = turned;
   }
@@ -147,6 +148,23 @@ JointVector random_configuration(const JointLimits& limits, std::mt19937_64& ran
     q[j] = lower + unit * (upper - lower);
   }
   return q;
+}
+
+bool tool_stays_on_surface(const Arm& arm) {
+  constexpr int kPostures = 16;
+  constexpr double kFlat = 1e-10;  // smallest over largest squared singular value
+  if (arm.model->joints() < 3) return true;
+  std::mt19937_64 random(1);
+  Kinematics kinematics;
+  FrameJacobian J;
+  for (int posture = 0; posture < kPostures; ++posture) {
+    forward_kinematics(*arm.model, arm.X_WB, random_configuration(arm.limits, random), kinematics);
+    tool_jacobian(*arm.model, kinematics, J);
+    const Eigen::Matrix3d squares = J.bottomRows<3>() * J.bottomRows<3>().transpose();
+    const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(squares).eigenvalues();
+    if (values[0] > kFlat * values[2]) return false;
+  }
+  return true;
 }
 
 std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,

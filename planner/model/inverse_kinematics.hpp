@@ -25,7 +25,7 @@ struct IkOptions {
 };
 
 /// Joint positions within the limits that bring the tool frame T to X_WT. The search begins at `start`, then at random
-/// configurations; revolute joints are unwound towards `start`. Empty when no seed converges. Deterministic for a
+/// configurations; joints that turn are unwound towards `start`. Empty when no seed converges. Deterministic for a
 /// random_seed.
 [[nodiscard]] std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                                             const IkOptions& options = {});
@@ -43,6 +43,10 @@ struct NearestOrientation {
 [[nodiscard]] std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose& X_WT,
                                                                     const JointVector& start,
                                                                     const IkOptions& options = {});
+
+/// True for an arm whose tool stays on a surface or a line, such as one of two joints or a planar one. Nearly no point
+/// of a volume lies on it. Samples postures, always the same ones.
+[[nodiscard]] bool tool_stays_on_surface(const Arm& arm);
 
 /// A random configuration within the limits; joints without limits are within ±π. The same on every platform.
 [[nodiscard]] JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random);

@@ -46,18 +46,18 @@ struct CarriedBall {
   const double* X_WL = nullptr;  ///< of the link, 4 × 4, column by column
   double centre_L[3] = {};       ///< [m]
   double radius = 0.0;           ///< [m]
-  int joints = 0;                ///< number of joints that move it: 0 … joints − 1
+  int axes = 0;                  ///< number of axes that move it: 0 … axes − 1
   double centre_W[4] = {};       ///< out [m]; the fourth is undefined
   double fastest = 0.0;          ///< out: no point of the ball moves faster [m/s]
 };
 
-/// Kinematics::angular_W and linear_W: the velocity of a point per joint rate. Padded to groups of four joints.
+/// Kinematics::angular_W and linear_W: the velocity of a point per rate of an axis. Padded to groups of four axes.
 struct JointMotions {
   const double* angular_W[3];
   const double* linear_W[3];
 };
 
-/// Fills centre_W and fastest of `count` balls for joints whose rates are at most `speed` in magnitude [rad/s | m/s],
+/// Fills centre_W and fastest of `count` balls for axes whose rates are at most `speed` in magnitude [rad/s | m/s],
 /// padded to groups of four.
 using SpeedKernel = void (*)(const JointMotions& motions, const double* speed, CarriedBall* balls, int count);
 

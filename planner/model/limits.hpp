@@ -30,6 +30,7 @@ struct JointLimits {
 
 /// Accelerations for an arm that has none in its description: every joint reaches its velocity limit in this time [s].
 inline constexpr double kAssumedRunUp = 0.25;
+/// The acceleration of each joint by that rule [rad/s² | m/s²].
 [[nodiscard]] inline JointVector assumed_acceleration(const JointVector& velocity) {
   return velocity / kAssumedRunUp;
 }

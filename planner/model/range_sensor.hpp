@@ -27,17 +27,17 @@ struct RangeSensor {
 
 /// The measurement of one beam.
 struct RangeReading {
-  SensorRay ray;
+  SensorRay ray;          ///< as mounted
   double distance = 0.0;  ///< [m]; the sensor's range when nothing was hit
-  bool hit = false;
+  bool hit = false;       ///< something reflected it within the range
 };
 
 /// All beams of one sensor at one instant.
 struct RangeScan {
-  int sensor = 0;  ///< index on the arm
-  int link = 0;
-  JointVector q;  ///< joint positions of the arm at that instant [rad | m]
-  std::vector<RangeReading> readings;
+  int sensor = 0;                      ///< index on the arm
+  int link = 0;                        ///< of the sensor
+  JointVector q;                       ///< joint positions of the arm at that instant [rad | m]
+  std::vector<RangeReading> readings;  ///< one for each beam
 };
 
 }  // namespace hecaton::planner

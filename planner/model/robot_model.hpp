@@ -1,6 +1,8 @@
 #pragma once
 /// An arm as its URDF describes it. Constant after loading, therefore safe to share between threads.
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,7 +23,7 @@ using world::Pose;
 enum class JointType { kFixed, kRevolute, kContinuous, kPrismatic };
 
 /// A link and the joint that carries it. In the joint's zero position the link's frame L coincides with the joint's
-/// frame: X_PL(q) = X_PJ · motion(q about or along `axis`).
+/// frame: X_PL(q) = X_PJ · motion(multiplier · q[joint] + offset about or along `axis`).
 struct Link {
   std::string name;
   int parent = -1;  ///< index into RobotModel::links, always smaller than its own; −1: the base
@@ -30,6 +32,9 @@ struct Link {
   Pose X_PJ = Pose::Identity();                     ///< joint frame in the parent link's frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint's frame
   int joint = -1;                                   ///< index into joint vectors; −1 when the joint does not move
+  bool follows = false;                             ///< its own joint mimics that of `joint`
+  double multiplier = 1.0;                          ///< other than 1 only if it follows [rad/rad | m/rad | …]
+  double offset = 0.0;                              ///< other than 0 only if it follows [rad | m]
   JointMotion motion = JointMotion::kMoves;         ///< special case for the kinematics kernel: joint_motion()
 };
 
@@ -60,17 +65,19 @@ struct ClosePair {
   double widest = 0.0;  ///< the largest distance in any posture, as far as the filter found it [m], > 0
 };
 
-/// A serial chain of actuated joints with everything fixed to it. Joints of the URDF outside the chain (fingers, a
-/// torso above the base link) are fixed where the options say, else at zero or at the nearest limit. Shapes of links
-/// beside the chain that follow one of its joints enclose all their places. Links of the robot's other arms are left
-/// out.
+/// A serial chain of actuated joints with everything fixed to it. Links of the chain may follow one of these joints, as
+/// in a parallelogram. Joints of the URDF outside the chain (fingers, a torso above the base link) are fixed where the
+/// options say, else at zero or at the nearest limit. Shapes of links beside the chain that follow one of its joints
+/// enclose all their places. Links of the robot's other arms are left out.
 struct RobotModel {
   std::string name;
-  std::vector<Link> links;               ///< parents before children; links[0] is the root; at most kMaxLinks
-  std::vector<LinkGeometry> geometry;    ///< ordered by link
-  std::vector<std::string> joint_names;  ///< of the actuated joints, base to tip
-  JointLimits limits;                    ///< from the URDF; acceleration from UrdfOptions
-  int tool_link = 0;                     ///< its frame, times X_LT, is the tool frame T
+  std::vector<Link> links;                  ///< parents before children; links[0] is the root; at most kMaxLinks
+  std::vector<LinkGeometry> geometry;       ///< ordered by link
+  std::vector<std::string> joint_names;     ///< of the actuated joints, base to tip
+  bool has_followers = false;               ///< some links follow: Link::follows
+  std::map<std::string, JointType> beside;  ///< actuated joints that carry no link of the chain: followers move it
+  JointLimits limits;  ///< from the URDF, such that followers keep theirs; acceleration from UrdfOptions
+  int tool_link = 0;   ///< its frame, times X_LT, is the tool frame T
   Pose X_LT = Pose::Identity();
   /// Pairs of indices into `geometry` (first < second) that self-collision checks. The SRDF and automatic_filter()
   /// remove pairs from it.
@@ -78,8 +85,33 @@ struct RobotModel {
   std::vector<ClosePair> close_pairs;        ///< those of self_pairs that automatic_filter() found close
   std::map<std::string, JointVector> named;  ///< the SRDF's group_states that set every joint within its limits
   std::vector<std::string> notes;            ///< decisions of the loader, a sentence each, for `hecaton check`
+  std::vector<std::string> details;          ///< the same of meshes and link pairs, which tables of shapes sum up
 
   [[nodiscard]] int joints() const { return static_cast<int>(joint_names.size()); }
 };
+
+/// The greatest magnitude of the position of a moving link's joint within the limits [rad | m]. Infinite when endless.
+[[nodiscard]] inline double largest_position(const Link& link, const JointLimits& limits) {
+  return std::max(std::abs(link.multiplier * limits.lower[link.joint] + link.offset),
+                  std::abs(link.multiplier * limits.upper[link.joint] + link.offset));
+}
+
+/// The type of an actuated joint.
+[[nodiscard]] inline JointType joint_type(const RobotModel& model, int joint) {
+  for (const Link& link : model.links) {
+    if (link.joint == joint && !link.follows) return link.joint_type;
+  }
+  return model.beside.at(model.joint_names[joint]);
+}
+
+/// True if a whole turn of the joint leaves the arm as it is: the joint turns, and so do all links that follow it, by
+/// whole turns.
+[[nodiscard]] inline bool repeats_after_turn(const RobotModel& model, int joint) {
+  if (joint_type(model, joint) == JointType::kPrismatic) return false;
+  return std::all_of(model.links.begin(), model.links.end(), [&](const Link& link) {
+    if (link.joint != joint) return true;
+    return link.joint_type != JointType::kPrismatic && link.multiplier == std::round(link.multiplier);
+  });
+}
 
 }  // namespace hecaton::planner

@@ -58,10 +58,7 @@ bool is_utf16(const std::string& bytes) {
   return bytes.size() >= 2 && (bytes[0] == '\0') != (bytes[1] == '\0');
 }
 
-namespace {
-
-/// The bytes of the UTF-8 character that begins at `i`; 0: none does.
-std::size_t utf8_length(const std::string& text, std::size_t i) {
+std::size_t utf8_length(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned char first = byte(i);
   if (first < 0x80) return 1;
@@ -76,6 +73,8 @@ std::size_t utf8_length(const std::string& text, std::size_t i) {
                    (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90);
   return bad ? 0 : length;
 }
+
+namespace {
 
 bool is_utf8(const std::string& text) {
   for (std::size_t i = 0; i < text.size();) {

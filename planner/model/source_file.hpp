@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace hecaton::planner {
@@ -48,6 +49,9 @@ class SourceFiles {
 
 /// A file's bytes as UTF-8: without byte-order mark; bytes that are no UTF-8 are read as Latin-1.
 [[nodiscard]] std::string utf8_text(std::string bytes);
+
+/// The bytes of the UTF-8 character that begins at `i` < text.size(); 0: none does.
+[[nodiscard]] std::size_t utf8_length(std::string_view text, std::size_t i);
 
 /// The characters of a UTF-8 text that fit into `most_bytes`.
 [[nodiscard]] std::string cut_utf8(const std::string& text, std::size_t most_bytes);

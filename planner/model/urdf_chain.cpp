@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
+#include <tuple>
 #include <utility>
 
 #include "planner/model/source_file.hpp"
@@ -65,12 +66,16 @@ double held_position(const std::vector<TreeLink>& tree, int i, const ChainReques
   const TreeLink& entry = tree[i];
   if (entry.mimic && hops < tree.size()) {
     const int source = index_of_joint(tree, entry.mimic->joint);
-    const double position = source < 0 || !moves(tree[source]) ? 0.0 : held_position(tree, source, request, hops + 1);
+    const double position = source < 0             ? 0.0
+                            : !moves(tree[source]) ? tree[source].lower
+                                                   : held_position(tree, source, request, hops + 1);
     const double followed = entry.mimic->multiplier * position + entry.mimic->offset;
     return std::isfinite(followed) ? followed : 0.0;
   }
   const auto wish = request.held.find(entry.link.joint_name);
   if (wish != request.held.end()) return wish->second;
+  const auto range = request.ranges.find(entry.link.joint_name);
+  if (range != request.ranges.end()) return std::clamp(0.0, range->second.lower, range->second.upper);
   return entry.link.joint_type == JointType::kContinuous ? 0.0 : std::clamp(0.0, entry.lower, entry.upper);
 }
 
@@ -90,22 +95,21 @@ std::string bareness(const TreeLink& entry) {
   throw ModelError(path + ": " + sentence + "; " + rule);
 }
 
-/// The joint of the chain that joint `i` follows, over others if need be; nothing if it follows none of the chain.
-std::optional<Follower> follower_of_chain(const std::vector<TreeLink>& tree, int i, const std::vector<int>& chain) {
-  Follower follower{i, tree[i].link.joint_type, tree[i].link.X_PJ};
-  int source = i;
-  for (std::size_t hops = 0; hops < tree.size() && tree[source].mimic; ++hops) {
-    const TreeLink::Mimic& mimic = *tree[source].mimic;
-    follower.offset += follower.multiplier * mimic.offset;
-    follower.multiplier *= mimic.multiplier;
-    source = index_of_joint(tree, mimic.joint);
-    if (source < 0) return std::nullopt;
-    const auto found = std::find(chain.begin(), chain.end(), source);
-    if (found == chain.end()) continue;
-    follower.joint = static_cast<int>(found - chain.begin());
-    return follower;
+/// The joint that joint `i` follows, over others if need be; `i` itself if it follows none.
+struct Followed {
+  int source = -1;  ///< −1: the robot has no such joint any more
+  double multiplier = 1.0;
+  double offset = 0.0;
+};
+Followed followed_by(const std::vector<TreeLink>& tree, int i) {
+  Followed followed{i};
+  for (std::size_t hops = 0; followed.source >= 0 && tree[followed.source].mimic && hops < tree.size(); ++hops) {
+    const TreeLink::Mimic& mimic = *tree[followed.source].mimic;
+    followed.offset += followed.multiplier * mimic.offset;
+    followed.multiplier *= mimic.multiplier;
+    followed.source = index_of_joint(tree, mimic.joint);
   }
-  return std::nullopt;
+  return followed;
 }
 
 bool is_below(const std::vector<TreeLink>& tree, int i, int top) {
@@ -171,34 +175,58 @@ int link_named(const std::vector<TreeLink>& tree, const std::string& wanted, con
   throw ModelError(request.path + ": " + role + " link " + in_quotes(wanted) + " must be one of its links: " + names);
 }
 
-/// Refuses positions of joints that do not exist, move the tool, follow another joint, or cannot be there.
-void check_held(const std::vector<TreeLink>& tree, const std::vector<int>& chain, const ChainRequest& request) {
+/// Index into Chain::joints of the joint that carries link `i`; −1: none.
+int index_in(const Chain& chain, int i) {
+  const auto found =
+      std::find_if(chain.joints.begin(), chain.joints.end(), [&](const ChainJoint& joint) { return joint.link == i; });
+  return found == chain.joints.end() ? -1 : static_cast<int>(found - chain.joints.begin());
+}
+
+/// Refuses positions of joints that do not exist, move the tool, follow another joint, or cannot be there. `where` ends
+/// before the value. Returns the link that the joint carries.
+int check_position(const std::vector<TreeLink>& tree, const Chain& chain, const std::string& where,
+                   const std::string& name, const MotionRange& wish) {
+  const bool moves_on = wish.lower != wish.upper;
+  const std::string sentence =
+      where + ": joint " + in_quotes(name) + " = " +
+      (moves_on ? "[" + short_text(wish.lower) + ", " + short_text(wish.upper) + "]" : short_text(wish.lower));
+  const int i = index_of_joint(tree, name);
+  if (i < 0) throw ModelError(sentence + ": the robot has no such joint");
+  if (index_in(chain, i) >= 0) {
+    throw ModelError(sentence + ": it moves the tool; only joints outside the chain are held");
+  }
+  const TreeLink& entry = tree[i];
+  if (!moves(entry)) throw ModelError(sentence + ": it does not move");
+  if (entry.mimic) throw ModelError(sentence + ": it follows joint " + in_quotes(entry.mimic->joint) + "; give that");
+  const bool endless = entry.link.joint_type == JointType::kContinuous;
+  if (!endless && !(wish.lower >= entry.lower && wish.upper <= entry.upper)) {
+    throw ModelError(sentence + " must be within its limits, " + short_text(entry.lower) + " to " +
+                     short_text(entry.upper));
+  }
+  if (!(wish.lower <= wish.upper)) throw ModelError(sentence + " must give the lower position first");
+  return i;
+}
+
+void check_held(const std::vector<TreeLink>& tree, const Chain& chain, int tool, const ChainRequest& request) {
+  const std::string where = request.path + ": " + request.name_of_held;
   for (const auto& [name, position] : request.held) {
-    const std::string sentence =
-        request.path + ": " + request.name_of_held + ": joint " + in_quotes(name) + " = " + short_text(position);
-    const int i = index_of_joint(tree, name);
-    if (i < 0) throw ModelError(sentence + ": the robot has no such joint");
-    if (std::find(chain.begin(), chain.end(), i) != chain.end()) {
-      throw ModelError(sentence + ": it moves the tool; only joints outside the chain are held");
-    }
-    const TreeLink& entry = tree[i];
-    if (!moves(entry)) throw ModelError(sentence + ": it does not move");
-    if (entry.mimic) throw ModelError(sentence + ": it follows joint " + in_quotes(entry.mimic->joint) + "; give that");
-    const bool endless = entry.link.joint_type == JointType::kContinuous;
-    if (!endless && !(position >= entry.lower && position <= entry.upper)) {
-      throw ModelError(sentence + " must be within its limits, " + short_text(entry.lower) + " to " +
-                       short_text(entry.upper));
-    }
+    std::ignore = check_position(tree, chain, where, name, {position, position});
+  }
+  for (const auto& [name, range] : request.ranges) {
+    const int i = check_position(tree, chain, where, name, range);
+    if (!is_below(tree, tool, i)) continue;
+    throw ModelError(where + ": joint " + in_quotes(name) +
+                     " carries the arm and must have one position; the planner does not move it");
   }
 }
 
-/// Fixes all joints outside the chain.
-void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& chain, const ChainRequest& request,
+/// Fixes all joints but those of the links `way`.
+void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& way, const ChainRequest& request,
                  std::vector<std::string>& notes) {
   std::vector<double> held(tree.size(), 0.0);
   std::vector<int> others;
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
-    if (!moves(tree[i]) || std::find(chain.begin(), chain.end(), i) != chain.end()) continue;
+    if (!moves(tree[i]) || std::find(way.begin(), way.end(), i) != way.end()) continue;
     others.push_back(i);
     held[i] = held_position(tree, i, request);
   }
@@ -258,6 +286,62 @@ int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& reques
   return tool;
 }
 
+namespace {
+
+/// The moving links from `base` (excluded) to `tool`, base to tip.
+std::vector<int> moving_way(const std::vector<TreeLink>& tree, int base, int tool) {
+  std::vector<int> way;
+  for (int i = tool; i > base; i = tree[i].link.parent) {
+    if (moves(tree[i])) way.insert(way.begin(), i);
+  }
+  return way;
+}
+
+/// Removes the links of the way that do not move, because they follow a joint that is held or fixed.
+void leave_out_held(const std::vector<TreeLink>& tree, int base, const ChainRequest& request, std::vector<int>& way) {
+  const auto is_held = [&](int i) {
+    if (!tree[i].mimic) return false;
+    const Followed followed = followed_by(tree, i);
+    if (followed.source < 0) {
+      throw ModelError(request.path + ": joint " + in_quotes(tree[i].link.joint_name) + " moves the tool but mimics " +
+                       "joint " + in_quotes(tree[i].mimic->joint) +
+                       " of another arm; the joints of an arm must move without the other arms");
+    }
+    const TreeLink& source = tree[followed.source];
+    const bool is_above = is_below(tree, base, followed.source);
+    return !moves(source) || followed.multiplier == 0.0 || is_above || request.held.contains(source.link.joint_name);
+  };
+  std::erase_if(way, is_held);
+}
+
+/// The joints that move the way's links: each link's own, or the one that it follows.
+std::vector<ChainJoint> joints_of(const std::vector<TreeLink>& tree, const std::vector<int>& way) {
+  std::vector<ChainJoint> joints;
+  for (const int i : way) {
+    const int source = followed_by(tree, i).source;
+    const bool comes_later = source != i && std::find(way.begin(), way.end(), source) != way.end();
+    const bool is_known =
+        std::any_of(joints.begin(), joints.end(), [&](const auto& joint) { return joint.link == source; });
+    if (!comes_later && !is_known) joints.push_back({source, tree[source].link.joint_type});
+  }
+  return joints;
+}
+
+void note_followers(const std::vector<TreeLink>& tree, const std::vector<int>& way, const Chain& chain,
+                    std::vector<std::string>& notes) {
+  std::string list;
+  for (const int i : way) {
+    const Link& link = tree[i].link;
+    if (!link.follows) continue;
+    list += (list.empty() ? "" : ", ") + in_quotes(link.joint_name) + " = " + short_text(link.multiplier) + " · " +
+            in_quotes(tree[chain.joints[link.joint].link].link.joint_name);
+    if (link.offset != 0.0) list += (link.offset < 0.0 ? " - " : " + ") + short_text(std::abs(link.offset));
+  }
+  if (!list.empty()) notes.push_back("joints on the way to the tool follow others: " + list);
+}
+
+}  // namespace
+
 Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& request,
                    std::vector<std::string>& notes) {
   const int base = request.base_link.empty() ? 0 : link_named(tree, request.base_link, request, "base");
@@ -265,38 +349,68 @@ Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& re
     throw ModelError(request.path + ": tool link " + in_quotes(tree[tool].link.name) + " must hang on base link " +
                      in_quotes(tree[base].link.name));
   }
-  Chain chain;
-  for (int i = tool; i > base; i = tree[i].link.parent) {
-    if (moves(tree[i])) chain.links.insert(chain.links.begin(), i);
-  }
-  if (chain.links.empty()) {
+  std::vector<int> way = moving_way(tree, base, tool);
+  leave_out_held(tree, base, request, way);
+  if (way.empty()) {
     throw ModelError(request.path + ": no joint between the " +
                      (base == 0 ? "root" : "base link " + in_quotes(tree[base].link.name)) + " and tool link " +
                      in_quotes(tree[tool].link.name) +
                      " moves; an arm needs at least one revolute, continuous or prismatic joint");
   }
-  if (static_cast<int>(chain.links.size()) > kMaxJoints) {
-    throw ModelError(request.path + ": " + std::to_string(chain.links.size()) + " joints move the tool; at most " +
+  if (static_cast<int>(way.size()) > kMaxJoints) {
+    throw ModelError(request.path + ": " + std::to_string(way.size()) + " joints move the tool; at most " +
                      std::to_string(kMaxJoints) + " are allowed");
   }
-  for (const int i : chain.links) {
-    if (!tree[i].mimic) continue;
-    throw ModelError(request.path + ": joint " + in_quotes(tree[i].link.joint_name) +
-                     " moves the tool but mimics joint " + in_quotes(tree[i].mimic->joint) +
-                     "; every joint of the chain must move freely");
+  Chain chain;
+  chain.joints = joints_of(tree, way);
+  check_held(tree, chain, tool, request);
+  std::vector<int> with_range;  // links
+  for (const auto& [name, range] : request.ranges) {
+    with_range.push_back(index_of_joint(tree, name));
+    chain.ranges.push_back(range);
   }
-  check_held(tree, chain.links, request);
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i])) continue;
-    if (const auto follower = follower_of_chain(tree, i, chain.links)) chain.followers.push_back(*follower);
+    const Followed followed = followed_by(tree, i);
+    int joint = index_in(chain, followed.source);
+    const auto ranged = std::find(with_range.begin(), with_range.end(), followed.source);
+    if (ranged != with_range.end()) {
+      joint = static_cast<int>(chain.joints.size() + static_cast<std::size_t>(ranged - with_range.begin()));
+    }
+    if (joint < 0) continue;
+    Link& link = tree[i].link;
+    if (std::find(way.begin(), way.end(), i) == way.end()) {
+      chain.followers.push_back({i, link.joint_type, link.X_PJ, joint, followed.multiplier, followed.offset});
+      continue;
+    }
+    link.joint = joint;
+    link.follows = followed.source != i;
+    link.multiplier = followed.multiplier;
+    link.offset = followed.offset;
   }
-  hold_others(tree, chain.links, request, notes);
-  for (int joint = 0; joint < static_cast<int>(chain.links.size()); ++joint) {
-    tree[chain.links[joint]].link.joint = joint;
-  }
+  hold_others(tree, way, request, notes);
+  note_followers(tree, way, chain, notes);
   for (TreeLink& entry : tree) entry.link.motion = joint_motion(entry.link);
   return chain;
 }
+
+namespace {
+
+/// True if the body of link `i` is a mere frame between two joints that turn about one point, one of which follows.
+/// Such frames describe parallelograms.
+bool is_frame_of_turns(const std::vector<TreeLink>& tree, int i) {
+  constexpr double kNoExtent = 1e-6;  // [m]
+  const auto turns = [&](int link) { return tree[link].link.joint_type != JointType::kPrismatic; };
+  for (const int child : moving_children(tree, i)) {
+    Pose X_BJ = Pose::Identity();
+    for (int link = child; link != i; link = tree[link].link.parent) X_BJ = tree[link].link.X_PJ * X_BJ;
+    const bool follows = tree[i].link.follows || tree[child].link.follows;
+    if (follows && turns(i) && turns(child) && X_BJ.translation().norm() < kNoExtent) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::string& remedy, const std::string& path,
                       std::vector<std::string>& notes) {
@@ -308,6 +422,10 @@ void check_bare_links(const std::vector<TreeLink>& tree, bool allow, const std::
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i]) || covered[i]) continue;
     const std::string sentence = bareness(tree[i]);
+    if (!allow && is_frame_of_turns(tree, i)) {
+      notes.push_back(sentence + " and no extent: it is the frame between two joints");
+      continue;
+    }
     if (!allow) refuse(path, sentence, "it must have some" + remedy);
     notes.push_back(sentence + ": the planner does not keep it clear of anything");
   }

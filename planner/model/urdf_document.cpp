@@ -26,9 +26,8 @@ namespace {
 using tinyxml2::XMLElement;
 using tinyxml2::XMLNode;
 
-constexpr double kFurthest = 1000.0;          // of any part of an arm [m]; larger values are in a wrong unit
-constexpr double kThinnest = 1e-3;            // stands for a size of 0 of a shape that has other sizes [m]
-constexpr const char* kAnyPosition = "1000";  // limit of a joint that follows another one [rad | m]
+constexpr double kFurthest = 1000.0;  // of any part of an arm [m]; larger values are in a wrong unit
+constexpr double kThinnest = 1e-3;    // stands for a size of 0 of a shape that has other sizes [m]
 
 bool is_xacro(std::string_view text) {
   return text.find("${") != text.npos || text.find("$(") != text.npos;
@@ -269,7 +268,38 @@ class UrdfChecker {
     return true;
   }
 
+  /// True for shapes that the loader can read.
+  static bool has_usable_shape(const XMLElement& visual) {
+    const XMLElement* geometry = visual.FirstChildElement("geometry");
+    const XMLElement* shape = geometry == nullptr ? nullptr : geometry->FirstChildElement();
+    if (shape == nullptr) return false;
+    const std::string_view kind = shape->Name();
+    if (kind != "mesh") return kind == "box" || kind == "cylinder" || kind == "sphere" || kind == "capsule";
+    const char* file = shape->Attribute("filename");
+    if (file == nullptr) return false;
+    std::string suffix = std::filesystem::path(file).extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+    return suffix == ".stl" || suffix == ".dae" || suffix == ".obj";
+  }
+
+  /// Visual shapes stand for collision shapes in a URDF in which no link has collision shapes.
+  void adopt_visuals(XMLElement& robot) {
+    std::vector<XMLElement*> visuals;
+    for (XMLElement* link = robot.FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
+      if (link->FirstChildElement("collision") != nullptr) return;
+      for (XMLElement* visual = link->FirstChildElement("visual"); visual != nullptr;
+           visual = visual->NextSiblingElement("visual")) {
+        if (!has_usable_shape(*visual)) return;
+        visuals.push_back(visual);
+      }
+    }
+    if (visuals.empty()) return;
+    for (XMLElement* visual : visuals) visual->SetName("collision");
+    note("no link has collision geometry: the visual geometry of all links stands for it");
+  }
+
   void check_links(XMLElement& robot) {
+    adopt_visuals(robot);
     for (XMLElement* link = robot.FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
       const std::string name = text_attribute(*link, "name", path_);
       const std::string where = path_ + ": link " + in_quotes(name);
@@ -310,13 +340,25 @@ class UrdfChecker {
     }
   }
 
-  /// A follower moves as far as the joint that it follows lets it.
-  static void free_follower(XMLElement& joint) {
+  /// The number of an attribute; nothing if it is missing or no number.
+  static std::optional<double> number_of(const XMLElement& element, const char* name) {
+    double value = 0.0;
+    if (element.QueryDoubleAttribute(name, &value) != tinyxml2::XML_SUCCESS || !std::isfinite(value)) return {};
+    return value;
+  }
+
+  /// Limits that are equal, as generators of URDFs write for joints without a drive, mean that a follower has no range
+  /// of its own; missing and unreadable ones are made equal. Exchanged limits are put in order.
+  static void check_limit_of_follower(XMLElement& joint) {
     XMLElement* limit = joint.FirstChildElement("limit");
     if (limit == nullptr) limit = joint.InsertNewChildElement("limit");
-    limit->SetAttribute("lower", (std::string("-") + kAnyPosition).c_str());
-    limit->SetAttribute("upper", kAnyPosition);
-    limit->SetAttribute("velocity", "0");
+    const auto lower = number_of(*limit, "lower");
+    const auto upper = number_of(*limit, "upper");
+    const auto velocity = number_of(*limit, "velocity");
+    const bool has_range = lower && upper;
+    limit->SetAttribute("lower", has_range ? exact_text(std::min(*lower, *upper)).c_str() : "0");
+    limit->SetAttribute("upper", has_range ? exact_text(std::max(*lower, *upper)).c_str() : "0");
+    if (!velocity || *velocity < 0.0) limit->SetAttribute("velocity", "0");
     limit->SetAttribute("effort", "0");
   }
 
@@ -374,7 +416,7 @@ class UrdfChecker {
     check_numbers(joint, where);
     check_axis(joint, where);
     if (joint.FirstChildElement("mimic") != nullptr) {
-      free_follower(joint);
+      check_limit_of_follower(joint);
       return;
     }
     check_limit(joint, type != "continuous", where);
@@ -422,17 +464,29 @@ class UrdfChecker {
     }
   }
 
-  /// Followers lead to a joint that follows none.
-  void check_followers() const {
-    for (const auto& [name, followed] : follows_) {
-      const std::string where = "joint " + in_quotes(name) + ": it mimics joint " + in_quotes(followed);
-      if (!joints_.contains(followed)) fail(where + ", which does not exist in this file");
-      std::string source = followed;
-      for (std::size_t hops = 0; follows_.contains(source); ++hops) {
-        if (source == name || hops > follows_.size())
-          fail(where + " and so follows itself; it must follow another one");
-        source = follows_.at(source);
-      }
+  /// What is wrong with the joint that joint `name` follows; empty if following leads to a joint that follows none.
+  [[nodiscard]] std::string fault_of_follower(const std::string& name) const {
+    const std::string where =
+        path_ + ": joint " + in_quotes(name) + ": it mimics joint " + in_quotes(follows_.at(name));
+    std::string source = name;
+    for (std::size_t hops = 0; follows_.contains(source); ++hops) {
+      source = follows_.at(source);
+      if (!joints_.contains(source))
+        return where + ", which " + (hops == 0 ? "" : "leads to one that ") + "does not exist in this file";
+      if (source == name || hops > follows_.size()) return where + " and so follows itself; it must follow another one";
+    }
+    return {};
+  }
+
+  void check_followers(XMLElement& robot) {
+    for (XMLElement* joint = robot.FirstChildElement("joint"); joint != nullptr;
+         joint = joint->NextSiblingElement("joint")) {
+      const std::string name = text_attribute(*joint, "name", path_);
+      if (!follows_.contains(name) || result_.faulty_joints.contains(name)) continue;
+      const std::string fault = fault_of_follower(name);
+      if (fault.empty()) continue;
+      result_.faulty_joints[name] = fault;
+      hold(*joint);
     }
   }
 
@@ -443,7 +497,7 @@ class UrdfChecker {
       if (!joints_.insert(name).second) fail("joint " + in_quotes(name) + " exists twice; joint names must be unique");
       check_joint(*joint, name);
     }
-    check_followers();
+    check_followers(robot);
   }
 
   void check_tree() const {

@@ -15,15 +15,16 @@ namespace hecaton::planner {
 struct UrdfDocument {
   std::string text;                ///< for urdfdom: joints, and links with their collision elements
   std::vector<std::string> notes;  ///< what was left out or replaced, a sentence each
-  /// By name: joints without usable axis or limits, and a sentence for each that begins with the file. In `text` they
-  /// are fixed.
+  /// By name: joints without usable axis or limits, or that follow none that exists, and a sentence for each that
+  /// begins with the file. In `text` they are fixed.
   std::map<std::string, std::string> faulty_joints;
 };
 
 /// Reads the URDF at `path`, or expands it with xacro if a part that the planner needs is xacro. In the text, names are
-/// unique, references resolve, and joints form one tree. No follower follows itself. Numbers are finite, axes not zero,
-/// sizes positive and ranges not reversed. Missing limits of effort and velocity are 0. Floating and planar joints are
-/// fixed. `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws ModelError.
+/// unique, references resolve, and joints form one tree. A joint that follows others leads to one that follows none.
+/// Numbers are finite, axes not zero, sizes positive and ranges not reversed. Missing limits of effort and velocity
+/// are 0; a follower without a range of its own has equal limits. Floating and planar joints are fixed.
+/// `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws ModelError.
 [[nodiscard]] UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources,
                                               const XacroArguments& arguments = {},
                                               const std::string& name_of_arguments = "");

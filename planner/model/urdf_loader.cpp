@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <numbers>
 #include <set>
 #include <sstream>
 #include <string>
@@ -154,6 +155,7 @@ class ModelBuilder {
                          options_.base_link,
                          options_.tool_link,
                          options_.held_joints,
+                         options_.moving_joints,
                          options_.names.tool_link,
                          options_.names.held_joints};
     if (request.tool_link.empty()) request.tool_link = tool_of_srdf(tree, request.base_link);
@@ -164,14 +166,16 @@ class ModelBuilder {
     const Chain chain = number_chain(tree, model_->tool_link, request, model_->notes);
     const std::string& option = options_.names.allow_bare_links;
     check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
-    set_limits(tree, chain.links);
+    set_limits(tree, chain);
     for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
       model_->links.push_back(tree[i].link);
+      model_->has_followers = model_->has_followers || tree[i].link.follows;
       add_geometry(i, *urdf_links[i]);
     }
+    limit_endless_joints();
     note_unlikely_sizes();
     model_->self_pairs = pairs_of_separate_bodies(*model_);
-    enclose_followers(chain.followers, path_, *model_);
+    enclose_followers(chain.followers, chain.ranges, path_, *model_);
     if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
     merge_fixed_links(kMaxLinks, *model_);
     return model_;
@@ -239,6 +243,7 @@ class ModelBuilder {
       if (removed[i]) {
         left_out_.insert(tree[i].link.name);
         request.held.erase(tree[i].link.joint_name);
+        request.ranges.erase(tree[i].link.joint_name);
         continue;
       }
       place[i] = static_cast<int>(kept.size());
@@ -251,24 +256,94 @@ class ModelBuilder {
     urdf_links = std::move(kept_links);
   }
 
-  void set_limits(const std::vector<TreeLink>& tree, const std::vector<int>& chain) {
+  void set_limits(const std::vector<TreeLink>& tree, const Chain& chain) {
     JointLimits& limits = model_->limits;
-    const auto n = static_cast<Eigen::Index>(chain.size());
+    const auto n = static_cast<Eigen::Index>(chain.joints.size());
     limits.lower.resize(n);
     limits.upper.resize(n);
     limits.velocity.resize(n);
+    std::vector<std::string> without_velocity;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const TreeLink& entry = tree[chain[j]];
-      const bool endless = entry.link.joint_type == JointType::kContinuous;
+    for (int j = 0; j < n; ++j) {
+      const auto [link, type] = chain.joints[j];
+      const TreeLink& entry = tree[link];
+      const bool endless = type == JointType::kContinuous;
       limits.lower[j] = endless ? -kInfinity : entry.lower;
       limits.upper[j] = endless ? kInfinity : entry.upper;
       if (endless && (entry.lower != 0.0 || entry.upper != 0.0)) note_ignored_range(entry);
       limits.velocity[j] = velocity_limit(entry);
+      if (!(entry.velocity > 0.0)) without_velocity.push_back(in_quotes(entry.link.joint_name));
       model_->joint_names.push_back(entry.link.joint_name);
+      if (entry.link.joint < 0) model_->beside[entry.link.joint_name] = type;
+    }
+    for (const TreeLink& entry : tree) {
+      if (entry.link.follows) keep_limits_of_follower(entry);
     }
     limits.acceleration = options_.default_acceleration ? JointVector::Constant(n, *options_.default_acceleration)
                                                         : assumed_acceleration(limits.velocity);
+    note_default_velocity(without_velocity);
+  }
+
+  void note_default_velocity(const std::vector<std::string>& joints) {
+    if (joints.empty()) return;
+    std::string names;
+    for (const std::string& joint : joints) names += (names.empty() ? "" : ", ") + joint;
+    model_->notes.push_back((joints.size() == 1 ? "joint " + names + " has" : "joints " + names + " have") +
+                            " no velocity limit; the default " + number_text(*options_.default_velocity) + " is used");
+  }
+
+  /// Narrows the limits of the joint that a link follows to those with which the link keeps its own.
+  void keep_limits_of_follower(const TreeLink& entry) {
+    const Link& link = entry.link;
+    JointLimits& limits = model_->limits;
+    double& lower = limits.lower[link.joint];
+    double& upper = limits.upper[link.joint];
+    if (entry.velocity > 0.0) {
+      double& velocity = limits.velocity[link.joint];
+      velocity = std::min(velocity, entry.velocity / std::abs(link.multiplier));
+    }
+    if (link.joint_type == JointType::kContinuous || entry.lower == entry.upper) return;
+    if (is_whole_turn(entry, upper - lower)) return;
+    const double one = (entry.lower - link.offset) / link.multiplier;
+    const double two = (entry.upper - link.offset) / link.multiplier;
+    const double narrowed_lower = std::max(lower, std::min(one, two));
+    const double narrowed_upper = std::min(upper, std::max(one, two));
+    const std::string& name = model_->joint_names[link.joint];
+    if (!(narrowed_lower < narrowed_upper)) {
+      throw ModelError(path_ + ": joint " + in_quotes(link.joint_name) + " follows joint " + in_quotes(name) +
+                       ", and its limits, " + number_text(entry.lower) + " to " + number_text(entry.upper) +
+                       ", leave no range of that joint; correct them, or remove them and keep those of " +
+                       in_quotes(name));
+    }
+    const bool narrows = narrowed_lower > lower + kLimitRounding || narrowed_upper < upper - kLimitRounding;
+    if (!narrows) return;
+    lower = narrowed_lower;
+    upper = narrowed_upper;
+    model_->notes.push_back("joint " + in_quotes(name) + " is narrowed to " + number_text(lower) + " … " +
+                            number_text(upper) + " by the limits of joint " + in_quotes(link.joint_name) +
+                            ", which follows it");
+  }
+
+  /// True if the range of a link that turns and follows is a whole turn, and the link never turns farther: URDF asks
+  /// for a range, and a whole turn is what files give when there is none.
+  [[nodiscard]] static bool is_whole_turn(const TreeLink& entry, double range_of_joint) {
+    constexpr double kTurn = 2.0 * std::numbers::pi;
+    constexpr double kRounded = 0.01;  // [rad]
+    return entry.link.joint_type == JointType::kRevolute && std::abs(entry.upper - entry.lower - kTurn) < kRounded &&
+           std::abs(entry.link.multiplier) * range_of_joint <= kTurn + kRounded;
+  }
+
+  /// A whole turn of a joint must leave the arm as it is if the joint has no limits.
+  void limit_endless_joints() {
+    JointLimits& limits = model_->limits;
+    for (int j = 0; j < model_->joints(); ++j) {
+      if (std::isfinite(limits.lower[j]) || repeats_after_turn(*model_, j)) continue;
+      limits.lower[j] = -std::numbers::pi;
+      limits.upper[j] = std::numbers::pi;
+      model_->notes.push_back("joint " + in_quotes(model_->joint_names[j]) +
+                              " has no limits, but its followers are elsewhere after a whole turn; it moves within "
+                              "half a turn from 0");
+    }
   }
 
   void note_ignored_range(const TreeLink& entry) {
@@ -303,14 +378,12 @@ class ModelBuilder {
 
   double velocity_limit(const TreeLink& entry) {
     if (entry.velocity > 0.0) return entry.velocity;
-    const std::string joint = "joint " + in_quotes(entry.link.joint_name);
     if (!options_.default_velocity) {
       const std::string& option = options_.names.default_velocity;
-      throw ModelError(path_ + ": " + joint + ": limit velocity is 0 or missing; it must be above 0" +
+      throw ModelError(path_ + ": joint " + in_quotes(entry.link.joint_name) +
+                       ": limit velocity is 0 or missing; it must be above 0" +
                        (option.empty() ? "" : ", or " + option + " be given, above 0"));
     }
-    model_->notes.push_back(joint + " has no velocity limit; the default " +
-                            std::to_string(*options_.default_velocity) + " is used");
     return *options_.default_velocity;
   }
 
@@ -344,7 +417,7 @@ class ModelBuilder {
     shape.geometry.capsule = link_capsule(shape.geometry.shape);
     shape.geometry.X_LS = X_LC * shape.geometry.X_LS;
     model_->geometry.push_back(std::move(shape.geometry));
-    if (!shape.note.empty()) model_->notes.push_back(std::move(shape.note));
+    if (!shape.note.empty()) model_->details.push_back(std::move(shape.note));
   }
 
   const std::string& path_;
@@ -373,6 +446,20 @@ std::shared_ptr<const RobotModel> load_urdf(const std::string& urdf_path, const 
   check_options(options);
   SourceFiles in_place;
   return ModelBuilder(urdf_path, options, options.sources != nullptr ? *options.sources : in_place).build();
+}
+
+const char* urdf_type(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+      return "revolute";
+    case JointType::kContinuous:
+      return "continuous";
+    case JointType::kPrismatic:
+      return "prismatic";
+    case JointType::kFixed:
+      break;
+  }
+  return "fixed";
 }
 
 }  // namespace hecaton::planner

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/followers.hpp"
 #include "planner/model/robot_model.hpp"
 #include "planner/model/source_file.hpp"
 
@@ -30,13 +31,14 @@ struct UrdfOptionNames {
 };
 
 struct UrdfOptions {
-  std::string base_link;                        ///< joints above it are held; empty: the root
-  std::string tool_link;                        ///< empty: the SRDF's, else the last link of the longest chain
-  Pose X_LT = Pose::Identity();                 ///< tool frame in the tool link's frame
-  std::vector<std::string> other_arms;          ///< tool links of the robot's other arms; their links are left out
-  std::map<std::string, double> held_joints;    ///< positions of joints outside the chain [rad | m]; others are at 0
-  std::string srdf_path;                        ///< empty: no SRDF
-  std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
+  std::string base_link;                      ///< joints above it are held; empty: the root
+  std::string tool_link;                      ///< empty: the SRDF's, else the last link of the longest chain
+  Pose X_LT = Pose::Identity();               ///< tool frame in the tool link's frame
+  std::vector<std::string> other_arms;        ///< tool links of the robot's other arms; their links are left out
+  std::map<std::string, double> held_joints;  ///< positions of joints outside the chain [rad | m]; others are at 0
+  std::map<std::string, MotionRange> moving_joints;  ///< outside the chain; others stay where they are held
+  std::string srdf_path;                             ///< empty: no SRDF
+  std::map<std::string, std::string> packages;       ///< package:// name → folder, searched first: resolve_resource()
   std::map<std::string, std::string> xacro_arguments;
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   /// For all joints, because URDF has none [rad/s² | m/s²]; empty: assumed_acceleration().
@@ -50,5 +52,8 @@ struct UrdfOptions {
 /// Loads the arm and applies its SRDF. Self pairs are not filtered yet: automatic_filter(). Throws ModelError.
 [[nodiscard]] std::shared_ptr<const RobotModel> load_urdf(const std::string& urdf_path,
                                                           const UrdfOptions& options = {});
+
+/// The type of a joint as URDF names it: "revolute".
+[[nodiscard]] const char* urdf_type(JointType type);
 
 }  // namespace hecaton::planner

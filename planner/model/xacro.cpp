@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include <spawn.h>
@@ -29,10 +30,13 @@ std::string written(std::FILE* file) {
   return text;
 }
 
-std::string last_line(const std::string& text) {
+/// The line of xacro's error, which lines about its place in the files follow. Without it, the last line.
+std::string reason_of_failure(const std::string& text) {
+  constexpr std::string_view kError = "error: ";
   std::istringstream lines(text);
   std::string last;
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kError)) return line.substr(kError.size());
     if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
   }
   return last;
@@ -70,7 +74,7 @@ std::optional<std::string> expand_xacro(const std::string& path, const std::stri
   const std::optional<int> status = run(std::move(words), output.get(), errors.get());
   if (!status) return std::nullopt;
   if (*status != 0) {
-    throw ModelError(path + ": xacro cannot expand this file: " + in_quotes(last_line(written(errors.get()))));
+    throw ModelError(path + ": xacro cannot expand this file: " + in_quotes(reason_of_failure(written(errors.get()))));
   }
   return written(output.get());
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Selection of a manoeuvre by rollouts of the own arm and its neighbours (docs/design/0004-rollouts.md).
+/// Selection of a manoeuvre by rollouts of the own arm and its neighbours (docs/explanation/0004-rollouts.md).
 
 #include <cstdint>
 #include <optional>

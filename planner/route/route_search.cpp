@@ -25,7 +25,7 @@ constexpr std::uint64_t kChecksPerExpansion = 4;
 /// Samples around an end that is not free, and their largest distance in each joint [rad | m].
 constexpr int kEndSamples = 256;
 constexpr double kMaxEndDistance = 0.6;
-/// Between checked configurations of an edge [rad | m].
+/// Between checked configurations of an edge that is not proven [rad | m].
 constexpr double kStep = 0.05;
 /// Longest edge of a route in each joint [rad | m]: with longer ones, a continuous joint could turn the other way.
 constexpr double kMaxEdge = 1.5;
@@ -113,9 +113,13 @@ RouteSearch::Configuration RouteSearch::nearest_turn(const Configuration& from, 
   return near;
 }
 
+/// A blocked arm may stand closer to something than the padding of this level. Then no proof holds at the first end,
+/// and the rest of the edge is checked at steps.
 bool RouteSearch::edge_free(int level, const Configuration& a, const Configuration& b) const {
   const global::Validity& validity = levels_[level];
-  return validity.edge_free(padded(validity, a).data(), padded(validity, nearest_turn(a, b)).data());
+  const std::vector<float> from = padded(validity, a);
+  const bool proven = validity.state_free(from.data());
+  return validity.edge_free(from.data(), padded(validity, nearest_turn(a, b)).data(), {.proven = proven});
 }
 
 /// The rest of the route from the farthest point that a free edge reaches. Checked at the last level, because a route
@@ -177,7 +181,6 @@ global::Plan RouteSearch::plan(int level, const Configuration& from, const Confi
   global::PlanOptions options;
   options.seed = seed;
   options.budget.iterations = arms > kMaxSampledArms ? kIterations : kIterations * arms * arms;
-  options.certify = false;
   global::Plan sampled = global::plan(levels_[level], from, to, options);
   return sampled.solved() || arms == 1 ? sampled : plan_by_roadmaps(level, from, to, options);
 }

@@ -68,8 +68,9 @@ class RouteSearch {
   /// Replaces the obstacles. An obstacle that a planned arm carries is part of that arm.
   void set_obstacles(std::span<const world::Obstacle> obstacles);
 
-  /// Searches with decreasing clearance. The same question gives the same answer on every machine. Throws
-  /// std::invalid_argument if the planned arms have more than global::kMaxDimensions joints.
+  /// Searches with decreasing clearance. The same question gives the same answer on processors with the same lanes of
+  /// floats (global::fastest_validity); on others, where rounding does not decide. Throws std::invalid_argument if the
+  /// planned arms have more than global::kMaxDimensions joints.
   [[nodiscard]] RouteAnswer answer(const RouteQuestion& question);
 
  private:

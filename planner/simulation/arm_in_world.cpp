@@ -21,7 +21,7 @@ world::ArmBodies arm_bodies(const Arm& arm) {
     bodies.parts.push_back({geometry.link,
                             arm.model->links[geometry.link].name,
                             {geometry.shape, geometry.X_LS},
-                            joints_before(*arm.model, geometry.link) > 0});
+                            axes_before(*arm.model, geometry.link) > 0});
   }
   bodies.self_pairs = arm.model->self_pairs;
   bodies.grasp_links = grasp_links(*arm.model);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "planner/simulation/tasks.hpp"
 
@@ -12,6 +14,8 @@ namespace {
 
 /// Scripted motions begin at a random time in this span [s].
 constexpr double kScriptSpan = 60.0;
+/// Starts that are drawn for a task until goals are found.
+constexpr int kStarts = 5;
 /// A batch fails if so many first episodes admit no task.
 constexpr int kMostFailures = 50;
 /// Random scenes tried for one episode in a cell with clutter.
@@ -19,6 +23,7 @@ constexpr int kScenes = 50;
 
 struct EpisodeRecord {
   std::optional<std::string> failure;  ///< why no task could be drawn
+  CellConfiguration goals;
   EpisodeOutcome outcome;
   ComputingTimes computing;
 };
@@ -33,8 +38,14 @@ struct Task {
 /// Draws the task of an episode that begins at world time `time` [s], or at another time if an obstacle is at the
 /// starts then. Empty, with generator.shortage(), if there is none.
 std::optional<Task> draw_task(TaskGenerator& generator, Random& random, double time) {
-  auto starts = generator.draw_configuration(random);
-  auto goals = starts ? generator.draw_conflicting_goals(random, *starts) : std::nullopt;
+  std::optional<CellConfiguration> starts;
+  std::optional<CellConfiguration> goals;
+  // From some starts no goal is in conflict, such as those of arms with two joints.
+  for (int draw = 0; draw < kStarts && !goals; ++draw) {
+    starts = generator.draw_configuration(random);
+    if (!starts) return std::nullopt;
+    goals = generator.draw_conflicting_goals(random, *starts);
+  }
   if (!goals) return std::nullopt;
   if (!generator.clear_at(time, *starts)) {  // a pose of a sequence may be where an obstacle passes
     const auto other_time = generator.draw_time(random, kScriptSpan, *starts);
@@ -53,6 +64,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   episode_options.world_time = random.uniform(0.0, kScriptSpan);
   episode_options.seed = random.next();
   episode_options.threads = options.threads;
+  episode_options.ended = options.ended;
   if (options.measure_ticks) episode_options.times = &record.computing;
   const auto task = draw_task(generator, random, episode_options.world_time);
   if (!task) {
@@ -68,6 +80,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
     };
   }
   record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);
+  record.goals = task->goals;
   return record;
 }
 
@@ -84,6 +97,8 @@ Cell with_clutter(const Cell& cell, Random& random) {
 EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
   EpisodeRecord record;
   for (int scene = 0; scene < kScenes && (scene == 0 || record.failure); ++scene) {
+    if (options.ended && options.ended()) record.outcome.ended_early = true;
+    if (record.outcome.ended_early) break;
     const Cell cluttered = with_clutter(cell, random);
     TaskGenerator generator(cluttered);
     record = run_in_scene(cluttered, generator, Random(random.next()), options, observed);
@@ -103,7 +118,7 @@ EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const Batc
                                       : run_in_scene(cell, generator, random, options, observed);
 }
 
-void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
+void add(BatchReport& report, const EpisodeRecord& record, int episode, int tasks_left) {
   const EpisodeOutcome& outcome = record.outcome;
   const world::ContactReport& contacts = outcome.contact_report;
   report.contacts += contacts.contacts;
@@ -145,33 +160,97 @@ void add(BatchReport& report, const EpisodeRecord& record, int tasks_left) {
         ++tally.timed_out;
         break;
     }
+    if (arm.outcome != TaskOutcome::kReached) {
+      report.missed.push_back({episode, i, arm.outcome, record.goals[i], arm.reason});
+    }
   }
 }
+
+/// The episodes of a batch and how far they are. Thread-safe.
+class Episodes {
+ public:
+  Episodes(const Cell& cell, const BatchOptions& options)
+      : cell_(cell),
+        options_(options),
+        arms_(static_cast<int>(cell.arms.size())),
+        records_((options.tasks + arms_ - 1) / arms_) {}
+
+  [[nodiscard]] int count() const { return static_cast<int>(records_.size()); }
+  [[nodiscard]] bool ended() const { return options_.ended && options_.ended(); }
+
+  /// Runs one. Returns false if no task could be drawn, or if the batch was ended meanwhile.
+  bool run(int episode, TaskGenerator& generator, int threads, bool observed) {
+    BatchOptions options = options_;
+    options.threads = threads;
+    EpisodeRecord record = run_episode(cell_, generator, options, episode, observed);
+    if (record.outcome.ended_early) return false;
+    const bool drawn = !record.failure;
+    const std::lock_guard lock(mutex_);
+    records_[episode] = std::move(record);
+    finished_ += std::min(arms_, options_.tasks - episode * arms_);
+    if (options_.progress) options_.progress(finished_);
+    return drawn;
+  }
+
+  [[nodiscard]] BatchReport report() const {
+    BatchReport report;
+    for (const PlannedArm& planned : cell_.arms) report.arms.push_back({.name = planned.arm.name});
+    const std::string* failure = nullptr;
+    int failed = 0;
+    int complete = 0;
+    for (int episode = 0; episode < count(); ++episode) {
+      if (!records_[episode]) continue;
+      ++complete;
+      const EpisodeRecord& record = *records_[episode];
+      if (!record.failure) {
+        add(report, record, episode, options_.tasks - report.tasks);
+        continue;
+      }
+      ++failed;
+      if (failure == nullptr) failure = &*record.failure;
+    }
+    report.ended_early = complete < count() && ended();
+    report.not_drawn = std::min(report.ended_early ? failed * arms_ : options_.tasks, options_.tasks - report.tasks);
+    if (failure == nullptr) return report;
+    report.failure = "cell '" + cell_.name + "': ";
+    report.failure += report.ended_early
+                          ? std::to_string(report.not_drawn) + " tasks could not be drawn; for the first, "
+                      : report.tasks > 0 ? std::to_string(report.tasks) + " of " + std::to_string(options_.tasks) +
+                                               " tasks could be drawn; for the first of the others, "
+                                         : "no task could be drawn in " + std::to_string(failed) +
+                                               (failed == 1 ? " episode: " : " episodes: for the first, ");
+    report.failure += *failure;
+    return report;
+  }
+
+ private:
+  const Cell& cell_;
+  const BatchOptions& options_;
+  int arms_;
+  std::vector<std::optional<EpisodeRecord>> records_;  ///< empty: not complete
+  int finished_ = 0;                                   ///< tasks
+  std::mutex mutex_;
+};
 
 }  // namespace
 
 BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
-  const int arms = static_cast<int>(cell.arms.size());
-  const int episodes = (options.tasks + arms - 1) / arms;
-  std::vector<EpisodeRecord> records(episodes);
+  Episodes episodes(cell, options);
   // Until one task is drawn, run one episode at a time: in a cell that admits no task, each takes long to fail.
   TaskGenerator first(cell);
   int sequential = 0;
   bool drawn = false;
-  while (!drawn && sequential < std::min(episodes, kMostFailures)) {
-    records[sequential] = run_episode(cell, first, options, sequential, true);
-    drawn = !records[sequential++].failure;
+  while (!drawn && !episodes.ended() && sequential < std::min(episodes.count(), kMostFailures)) {
+    drawn = episodes.run(sequential++, first, options.threads, true);
   }
-  if (!drawn) records.resize(sequential);
-  std::atomic<int> next = drawn ? sequential : episodes;
-  const int at_once = std::clamp(episodes - 1, 1, options.threads);
-  BatchOptions each = options;
-  each.threads = options.threads / at_once;
+  if (!drawn) return episodes.report();
+  std::atomic<int> next = sequential;
+  const int at_once = std::clamp(episodes.count() - 1, 1, options.threads);
   const auto work = [&] {
-    if (next >= episodes) return;
+    if (next >= episodes.count()) return;
     TaskGenerator generator(cell);
-    for (int episode = next++; episode < episodes; episode = next++) {
-      records[episode] = run_episode(cell, generator, each, episode, false);
+    for (int episode = next++; episode < episodes.count() && !episodes.ended(); episode = next++) {
+      episodes.run(episode, generator, options.threads / at_once, false);
     }
   };
   {
@@ -179,24 +258,7 @@ BatchReport simulate_tasks(const Cell& cell, const BatchOptions& options) {
     for (int k = 1; k < at_once; ++k) workers.emplace_back(work);
     work();
   }
-  BatchReport report;
-  for (const PlannedArm& planned : cell.arms) report.arms.push_back({.name = planned.arm.name});
-  std::optional<std::string> failure;
-  for (const EpisodeRecord& record : records) {
-    if (!record.failure) {
-      add(report, record, options.tasks - report.tasks);
-    } else if (!failure) {
-      failure = record.failure;
-    }
-  }
-  if (!failure) return report;
-  report.failure = "cell '" + cell.name + "': ";
-  report.failure += drawn ? std::to_string(report.tasks) + " of " + std::to_string(options.tasks) +
-                                " tasks could be drawn; for the first of the others, "
-                          : "no task could be drawn in " + std::to_string(records.size()) +
-                                (records.size() == 1 ? " episode: " : " episodes: for the first, ");
-  report.failure += *failure;
-  return report;
+  return episodes.report();
 }
 
 std::optional<std::string> why_no_task(const Cell& cell, int episodes, std::uint64_t seed) {

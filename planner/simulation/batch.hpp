@@ -28,6 +28,20 @@ struct BatchOptions {
   bool measure_ticks = false;  ///< measures computing times
   std::function<void(const EpisodeMoment&)>
       observe_first;  ///< called in every period of the first episode; may be empty
+  /// Called with the number of finished tasks after each episode; calls are serialized. May be empty.
+  std::function<void(int)> progress;
+  /// Called in every period of each episode, by its thread; true ends the batch: the report then holds the episodes
+  /// that were complete. May be empty.
+  std::function<bool()> ended;
+};
+
+/// A task that was not reached.
+struct MissedTask {
+  int episode = 0;  ///< from 0
+  int arm = 0;      ///< index
+  TaskOutcome outcome = TaskOutcome::kBlocked;
+  JointVector goal;
+  std::string reason;  ///< the end of a sentence
 };
 
 struct ArmTally {
@@ -60,7 +74,10 @@ struct BatchReport {
   std::vector<double> reach_times;  ///< of the goals reached, in task order [s]
   ComputingTimes computing;         ///< if measured
   std::vector<ArmTally> arms;
-  std::string failure;  ///< one sentence if fewer than all tasks could be drawn; empty otherwise
+  std::vector<MissedTask> missed;  ///< in task order
+  int not_drawn = 0;               ///< tasks without free starts and goals
+  bool ended_early = false;        ///< by BatchOptions::ended
+  std::string failure;             ///< one sentence if some tasks could not be drawn; empty otherwise
 };
 
 /// Simulates random tasks of a cell. Starts and goals depend on the seed and the cell only, so that methods can be

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "planner/arm_planner/search_executor.hpp"
@@ -46,7 +48,7 @@ std::vector<world::ArmBodies> all_bodies(const Cell& cell) {
 }
 
 /// Runs an arm's searches in virtual time: an answer arrives after as many control periods as the search thread of a
-/// live planner would need. The result is the same on every machine.
+/// live planner would need. The result depends on no clock.
 class VirtualTimeSearches : public SearchExecutor {
  public:
   /// The input of all searches; outlives them.
@@ -184,6 +186,10 @@ class Episode {
       record(outcome_.duration, goals);
       if (options_.observe) options_.observe(outcome_.duration, measured(), planners_);
       if (all_reached()) break;
+      if (options_.ended && options_.ended()) {
+        outcome_.ended_early = true;
+        break;
+      }
       const bool all_blocked = std::all_of(arms_.begin(), arms_.end(), [](const SimulatedArm& arm) {
         return arm.result.status == TickStatus::kBlocked || arm.result.status == TickStatus::kReached;
       });
@@ -195,6 +201,7 @@ class Episode {
     }
     if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
     declare_stalled();
+    explain(goals);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
       const ArmPlanner::Counts counts = planners_[i].counts();
       outcome_.arms[i].rollouts = counts.rollouts;
@@ -334,6 +341,43 @@ class Episode {
         arm.outcome = TaskOutcome::kBlocked;
       }
     }
+  }
+
+  /// Says for each arm that has not reached its goal what kept it away in the last period.
+  void explain(const CellConfiguration& goals) {
+    for (std::size_t i = 0; i < arms_.size(); ++i) {
+      ArmOutcome& arm = outcome_.arms[i];
+      if (arm.outcome != TaskOutcome::kReached) arm.reason = reason_of(i, goals[i], arm.outcome);
+    }
+  }
+
+  [[nodiscard]] std::string reason_of(std::size_t i, const JointVector& goal, TaskOutcome outcome) const {
+    const ArmController& controller = planners_[i].controller();
+    const TickResult& result = arms_[i].result;
+    const JointVector& q = arms_[i].drive.q();
+    if (result.status == TickStatus::kReached) {
+      const std::string error =
+          error_at_goal(cell_.arms[i].arm, q, goal, cell_.arms[i].parameters.goal_tolerance, nullptr);
+      return error.empty() ? "it has left its goal again" : "the drive does not follow: " + error;
+    }
+    if (result.status == TickStatus::kStaleInput) {
+      return result.stale_arm < 0
+                 ? "the states of the obstacles are missing or too old"
+                 : "the state of arm " + cell_.arms[result.stale_arm].arm.name + " is missing or too old";
+    }
+    if (result.status == TickStatus::kHolding) return "no state of the obstacles has been received";
+    if (controller.guide() != nullptr && !result.has_binding) {
+      if (auto no_path = controller.guide()->no_path_reason(q)) return *no_path;
+    }
+    std::string reason = outcome == TaskOutcome::kTimedOut ? "still on its way at the time limit" : "no progress";
+    if (result.yields_to >= 0) reason += ", yields to arm " + cell_.arms[result.yields_to].arm.name;
+    const bool blocked = result.status == TickStatus::kBlocked;
+    if (!result.has_binding) return blocked ? reason + " within the joint limits" : reason;
+    const CellGeometry& geometry = controller.geometry();
+    char distance[32];
+    std::snprintf(distance, sizeof distance, "%.0f mm", result.binding.distance * 1e3);
+    return reason + ": " + geometry.own_name(result.binding) + " – " + geometry.other_name(result.binding) + ", " +
+           distance;
   }
 
   [[nodiscard]] CellConfiguration measured() const {

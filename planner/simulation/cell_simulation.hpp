@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "planner/arm_planner/arm_planner.hpp"
@@ -28,6 +29,7 @@ struct ArmOutcome {
   int relaxed_ticks = 0;    ///< ticks whose constraints had no solution, so that the arm braked
   int yielding_ticks = 0;   ///< ticks in which the arm gave way
   VelocityReversals reversals;
+  std::string reason;  ///< why the goal was not reached: the end of a sentence; empty if it was
 };
 
 struct EpisodeOutcome {
@@ -36,6 +38,7 @@ struct EpisodeOutcome {
   double duration = 0.0;            ///< virtual [s]
   std::uint64_t ticks = 0;          ///< of all arms
   std::uint64_t rollout_ticks = 0;  ///< simulated by all arms' rollouts
+  bool ended_early = false;         ///< by EpisodeOptions::ended; the outcomes of the arms are unknown
 };
 
 /// Computing times [µs].
@@ -64,6 +67,8 @@ struct EpisodeOptions {
   std::function<void(double, const CellConfiguration&, std::span<const ArmPlanner>)> observe;
   /// Called in every period of every planner; may be empty. With several threads, calls are concurrent.
   std::function<void(const PlannerPeriod&)> record;
+  /// Called after every period; true ends the episode early. May be empty.
+  std::function<bool()> ended;
 };
 
 /// Simulates one goal for each arm. All arms start at rest at `starts`. The episode ends when all have reached their

@@ -32,6 +32,10 @@ constexpr int kSpeedSamples = 64;
 /// A joint of this range or more has every posture of at least half of a turn twice [rad].
 constexpr double kTurnsMoreThanOnce = 3.0 * std::numbers::pi;
 constexpr std::span<const int> kNoArms;
+/// Postures drawn for an arm whose tool stays on a surface, until its tool lies in the task area.
+constexpr int kPostures = 500;
+/// The tool lies in the task area within this distance [m].
+constexpr double kAreaTolerance = 1e-3;
 
 /// Number of samples of the obstacle's script that satisfies kSweepStep.
 int sweep_samples(const world::Obstacle& obstacle) {
@@ -84,6 +88,8 @@ struct TaskGenerator::Impl {
       geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
     }
     for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
+    // A flat area is in the plane of a planar arm: its points are within reach.
+    for (const Arm& arm : arms) on_surface.push_back(cell.tasks.half_height > 0.0 && tool_stays_on_surface(arm));
     kinematics.resize(arms.size());
     obstructions.resize(arms.size());
     for (const CellGeometry& geometry : geometries) {
@@ -212,13 +218,36 @@ struct TaskGenerator::Impl {
     options.seeds = 2;
     options.iterations = 60;
     options.random_seed = random.next();
+    bool reached = false;
     options.accept = [&](const JointVector& q) {
-      tally.reached = true;
+      reached = true;
       return free_alone(i, q);
     };
     auto drawn = inverse_kinematics(arm, X_WT, start, options);
+    if (!reached && on_surface[i]) {
+      Random postures(options.random_seed);
+      drawn = draw_on_surface(i, postures, reached);
+    }
+    tally.reached = tally.reached || reached;
     tally.clear = tally.clear || drawn.has_value();
     return drawn;
+  }
+
+  /// Draws postures until the tool of arm i lies in the task area and the arm is clear. `reached`: one lay there.
+  std::optional<JointVector> draw_on_surface(int i, Random& random, bool& reached) {
+    const Arm& arm = cell.arms[i].arm;
+    const TaskArea& area = cell.tasks;
+    for (int k = 0; k < kPostures; ++k) {
+      JointVector q = draw_posture(arm, random);
+      forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
+      const Eigen::Vector3d offset = area.frame(arm.X_WB).inverse() * kinematics[i].X_WT.translation() - area.centre;
+      const bool inside = offset.head<2>().norm() <= area.radius + kAreaTolerance &&
+                          std::abs(offset.z()) <= area.half_height + kAreaTolerance;
+      if (!inside) continue;
+      reached = true;
+      if (free_alone(i, q)) return q;
+    }
+    return std::nullopt;
   }
 
   /// For a shared task area: draws all arms together until they are clear of each other.
@@ -279,9 +308,8 @@ struct TaskGenerator::Impl {
     constexpr double kTurn = 2.0 * std::numbers::pi;
     for (int i = 0; i < arms(); ++i) {
       const JointLimits& limits = cell.arms[i].arm.limits;
-      for (const Link& link : cell.arms[i].arm.model->links) {
-        const int j = link.joint;
-        if (j < 0 || link.joint_type == JointType::kPrismatic) continue;
+      for (int j = 0; j < cell.arms[i].arm.model->joints(); ++j) {
+        if (!repeats_after_turn(*cell.arms[i].arm.model, j)) continue;
         if (!(limits.upper[j] - limits.lower[j] >= kTurnsMoreThanOnce)) continue;
         const double turned = goals[i][j] + kTurn * std::round((starts[i][j] - goals[i][j]) / kTurn);
         if (turned >= limits.lower[j] && turned <= limits.upper[j]) goals[i][j] = turned;
@@ -357,6 +385,7 @@ struct TaskGenerator::Impl {
   std::vector<CellGeometry> geometries;  ///< one per arm as the own arm
   std::vector<ExactDistance> distances;
   std::vector<Kinematics> kinematics;
+  std::vector<bool> on_surface;                          ///< of each arm: its tool stays on a surface in the area
   std::vector<std::vector<world::ObstacleState>> sweep;  ///< of all obstacles, one entry per sample
   std::array<Clearance, 8> found;
   std::vector<DrawTally> tallies;                                       ///< of the last configuration

@@ -96,6 +96,12 @@ Evaluation evaluate(const StrategyProblem& problem, const TaskSet& tasks, const 
     options.times->assign(problem.arms(), std::vector<std::int32_t>(tasks.tasks, 0));
     for (int i = 0; i < problem.arms(); ++i) run_options.times[i] = (*options.times)[i].data();
   }
+  if (options.ended) {
+    run_options.ended = [](void* context, std::int64_t finished) {
+      return static_cast<const EvaluateOptions*>(context)->ended(finished);
+    };
+    run_options.context = const_cast<EvaluateOptions*>(&options);
+  }
   RunResult result;
   run(problem.flat(), tasks.flat, flat, run_options, result);
 
@@ -108,6 +114,7 @@ Evaluation evaluate(const StrategyProblem& problem, const TaskSet& tasks, const 
     evaluation.time.push_back(result.time[i]);
     evaluation.time2.push_back(result.time2[i]);
     evaluation.complete = evaluation.complete && result.tasks[i] == tasks.tasks;
+    if (options.times != nullptr) (*options.times)[i].resize(result.tasks[i]);
   }
   return evaluation;
 }

@@ -3,6 +3,7 @@
 /// statistics.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -43,7 +44,10 @@ struct EvaluateOptions {
   bool stop_at_fault = false;  ///< end at the first fault
   bool detect_cycles = true;   ///< see RunOptions
   std::vector<std::vector<std::int32_t>>* times =
-      nullptr;  ///< output: duration of each task, by arm [steps]; may be null
+      nullptr;  ///< output: duration of each finished task, by arm [steps]; may be null
+  /// Called with the number of finished tasks of all arms after each; true ends the evaluation, which is then not
+  /// complete. May be empty.
+  std::function<bool(std::int64_t)> ended = {};
 };
 
 /// Simulates `tasks` with `strategy`. Thread-safe.

@@ -125,6 +125,10 @@ StrategyProblem::StrategyProblem(const Cell& cell)
     const Arm& arm = planned.arm;
     const auto found = areas.find(arm.name);
     if (found == areas.end()) throw ProblemError("tasks.areas has no entry for arm " + arm.name);
+    if (arm.model->has_followers) {
+      throw ProblemError("some links of arm " + arm.name + " follow another joint; the strategy search needs arms " +
+                         "whose links all have joints of their own");
+    }
     const int avoiding = avoiding_joints(parameters_of<StrategyParameters>(planned.methods), arm.model->joints());
     if (avoiding < 2 || avoiding > arm.model->joints()) {
       throw ProblemError("arm " + arm.name + " needs at least two moving joints for a strategy");

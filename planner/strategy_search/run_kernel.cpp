@@ -337,6 +337,8 @@ class Run {
       result_.time2[i] += t * t;
       if (options_.times[i] != nullptr) options_.times[i][runner.task] = static_cast<std::int32_t>(time);
       if (fault && options_.stop_at_fault) finished_ = true;
+      ++finished_tasks_;
+      if (options_.ended != nullptr && options_.ended(options_.context, finished_tasks_)) finished_ = true;
     }
     runner.plane.q(*runner.arm, runner.state.at, runner.q);
     runner.area = runner.next_area(tasks_.areas[i]);
@@ -401,6 +403,7 @@ class Run {
   Runner runners_[kFlatArms];
   KnownDistance known_[kFlatArms][kFlatArms];
   std::int64_t tick_ = 0;
+  std::int64_t finished_tasks_ = 0;  ///< of all arms
   int resets_ = 0;
   bool finished_ = false;
   bool was_reset_ = false;

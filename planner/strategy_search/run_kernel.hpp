@@ -114,6 +114,9 @@ struct RunOptions {
   bool stop_at_fault = false;           ///< end the run at the first fault
   bool detect_cycles = true;            ///< skip the rest of a cycle of states until the time-out; same result
   std::int32_t* times[kFlatArms] = {};  ///< [task]: duration [steps]; may be null
+  /// Called with `context` and the number of finished tasks of all arms after each; true ends the run. May be null.
+  bool (*ended)(void* context, std::int64_t tasks) = nullptr;
+  void* context = nullptr;
 };
 
 struct RunResult {

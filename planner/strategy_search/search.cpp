@@ -90,6 +90,7 @@ void share(const SearchHooks& hooks, std::vector<Found>& found, const FromText& 
 struct Objective {
   const StrategyProblem& problem;
   const TaskSet& tasks;
+  const SimplexOptions& options;
   SimplexResult result;
 
   [[nodiscard]] SystemStrategy strategy_at(const std::vector<double>& x) const {
@@ -102,6 +103,8 @@ struct Objective {
   }
 
   double operator()(const std::vector<double>& x) {
+    // NLopt returns from the optimisation with this exception.
+    if (result.steps > 0 && options.ended && options.ended(result.steps)) throw nlopt::forced_stop();
     SystemStrategy strategy = strategy_at(x);
     Evaluation evaluation = evaluate(problem, tasks, strategy);
     const double time = evaluation.mean_time();
@@ -121,12 +124,16 @@ std::vector<Evaluation> evaluate_round(const StrategyProblem& problem, std::span
   TaskSet tasks = problem.draw(round.seed, round.tasks);
   constexpr std::size_t kPrecheckFrom = 4;  // candidates
   if (strategies.size() >= kPrecheckFrom) problem.precheck_paths(tasks);
-  const EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
+  EvaluateOptions options{.stop_at_fault = round.stop_at_fault};
+  if (hooks.ended) options.ended = [&hooks](std::int64_t) { return hooks.ended(); };
   std::vector<Evaluation> evaluations(strategies.size());
   std::mutex reporting;
   for_each_own(hooks, strategies.size(), [&](std::size_t i) {
     const Evaluation* known = hooks.known ? hooks.known(round, i) : nullptr;
-    evaluations[i] = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
+    if (known == nullptr && hooks.ended && hooks.ended()) return;
+    Evaluation evaluation = known != nullptr ? *known : evaluate(problem, tasks, strategies[i], options);
+    if (known == nullptr && hooks.ended && hooks.ended()) return;  // maybe incomplete
+    evaluations[i] = std::move(evaluation);
     if (!hooks.evaluated) return;
     const std::lock_guard lock(reporting);
     hooks.evaluated(round, i, strategies.size(), evaluations[i]);
@@ -164,13 +171,17 @@ class Search {
     std::vector<SystemStrategy> strategies;
     for (const Candidate& candidate : report_.best) strategies.push_back(candidate.strategy);
     const std::vector<Evaluation> evaluations = evaluate_round(problem_, strategies, round, hooks_);
-    SearchReport::Stage stage{round, strategies.size(), 0, 0};
+    SearchReport::Stage stage{round, strategies.size(), 0, 0, 0};
     for (std::size_t i = 0; i < evaluations.size(); ++i) {
+      if (evaluations[i].tasks.empty()) continue;
+      ++stage.evaluated;
       stage.without_fault += evaluations[i].all_faults() == 0 ? 1 : 0;
       stage.arm_ticks += evaluations[i].arm_ticks;
       report_.best[i].evaluation += evaluations[i];
     }
     report_.stages.push_back(stage);
+    report_.ended_early = stage.evaluated < stage.candidates;
+    std::erase_if(report_.best, [](const Candidate& candidate) { return candidate.evaluation.tasks.empty(); });
     std::stable_sort(report_.best.begin(), report_.best.end(),
                      [](const Candidate& a, const Candidate& b) { return better(a.evaluation, b.evaluation); });
   }
@@ -188,7 +199,7 @@ class Search {
     if (report_.best.size() > count) report_.best.resize(count);
   }
 
-  /// Adds candidates near the best ones, and resets all evaluations.
+  /// Adds candidates near the best ones, and resets all evaluations; unless the search is ended meanwhile.
   void refine() {
     std::vector<SystemStrategy> refined(std::min<std::size_t>(plan_.refine, report_.best.size()));
     TaskSet tasks = problem_.draw(plan_.seed, plan_.screening_tasks);
@@ -196,8 +207,12 @@ class Search {
     for_each_own(hooks_, refined.size(), [&](std::size_t i) {
       SimplexOptions options;
       options.max_steps = plan_.refine_steps;
+      if (hooks_.ended) options.ended = [this](int) { return hooks_.ended(); };
+      if (hooks_.ended && hooks_.ended()) return;
       refined[i] = refine_by_simplex(problem_, tasks, report_.best[i].strategy, options).strategy;
     });
+    report_.ended_early = hooks_.ended && hooks_.ended();
+    if (report_.ended_early) return;
     share(hooks_, refined, strategy_of);
     for (Candidate& candidate : report_.best) candidate.evaluation = {};
     for (SystemStrategy& strategy : refined) {
@@ -211,6 +226,7 @@ class Search {
   [[nodiscard]] bool any_faultless() const {
     return !report_.best.empty() && report_.best.front().evaluation.all_faults() == 0;
   }
+  [[nodiscard]] bool ended() const { return report_.ended_early; }
   [[nodiscard]] std::size_t left() const { return report_.best.size(); }
   [[nodiscard]] SearchReport& report() { return report_; }
 
@@ -233,16 +249,16 @@ SearchReport search_strategies(const StrategyProblem& problem, const std::vector
   }
   int share = 1;
   for (int k = 0; plan.halving && k < kHalvings; ++k) share *= kKeptShare;
-  for (; share > 1; share /= kKeptShare) {
+  for (; share > 1 && !search.ended(); share /= kKeptShare) {
     search.run({"halving", std::max(1, plan.screening_tasks / share), 0, true});
-    search.keep(std::max(plan.keep, search.left() / kKeptShare));
+    if (!search.ended()) search.keep(std::max(plan.keep, search.left() / kKeptShare));
   }
-  search.run({"screening", plan.screening_tasks, 0, true});
-  search.keep_faultless();
-  if (plan.refine > 0) search.refine();
-  for (int set = 0; set < plan.confirm_sets; ++set) {
+  if (!search.ended()) search.run({"screening", plan.screening_tasks, 0, true});
+  if (!search.ended()) search.keep_faultless();
+  if (!search.ended() && plan.refine > 0) search.refine();
+  for (int set = 0; set < plan.confirm_sets && !search.ended(); ++set) {
     search.run({"confirmation", plan.confirm_tasks, 0, search.any_faultless()});
-    search.keep_faultless();
+    if (!search.ended()) search.keep_faultless();
   }
   return std::move(search.report());
 }
@@ -253,7 +269,7 @@ SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& t
   for (int arm = 0; arm < problem.arms(); ++arm) {
     for (int k = 0; k < problem.coefficients(arm); ++k) x.push_back(initial[arm].coefficients[k]);
   }
-  Objective objective{problem, tasks, {}};
+  Objective objective{problem, tasks, options, {}};
   objective.result.strategy = initial;
   if (x.empty()) {
     objective(x);
@@ -273,6 +289,8 @@ SimplexResult refine_by_simplex(const StrategyProblem& problem, const TaskSet& t
     search.optimize(x, least);
   } catch (const nlopt::roundoff_limited&) {
     // Rounding prevents further progress; the best value so far counts.
+  } catch (const nlopt::forced_stop&) {
+    // Ended by SimplexOptions::ended; the best value so far counts.
   }
   return objective.result;
 }

@@ -46,6 +46,9 @@ struct SearchHooks {
       {};
   /// Returns an evaluation of a resumed search, or null if there is none.
   std::function<const Evaluation*(const Round& round, std::size_t index)> known = {};
+  /// Called often, by all threads; true ends the search: the report then has what is evaluated so far. Only for a
+  /// single process. May be empty.
+  std::function<bool()> ended = {};
   int part = 0;   ///< rank of this process; it evaluates the candidates with index % parts == part
   int parts = 1;  ///< number of processes
   /// Exchanges results with the other processes: one text (text_of()) per candidate, empty for candidates of
@@ -58,7 +61,8 @@ struct SearchHooks {
   return index % static_cast<std::size_t>(hooks.parts) == static_cast<std::size_t>(hooks.part);
 }
 
-/// Evaluates all strategies; results in their order.
+/// Evaluates all strategies; results in their order. After SearchHooks::ended, evaluations that are missing have no
+/// tasks.
 [[nodiscard]] std::vector<Evaluation> evaluate_round(const StrategyProblem& problem,
                                                      std::span<const SystemStrategy> strategies, const Round& round,
                                                      const SearchHooks& hooks = {});
@@ -80,10 +84,12 @@ struct SearchReport {
   struct Stage {
     Round round;
     std::size_t candidates = 0;
+    std::size_t evaluated = 0;  ///< of these; fewer only after SearchHooks::ended
     std::size_t without_fault = 0;
     std::uint64_t arm_ticks = 0;
   };
-  std::vector<Stage> stages;
+  std::vector<Stage> stages;  ///< the last one may be incomplete after SearchHooks::ended
+  bool ended_early = false;   ///< by SearchHooks::ended; strategies without any evaluation are left out of `best`
 };
 
 /// Screening, refinement, and confirmation with other seeds.
@@ -96,6 +102,8 @@ struct SimplexOptions {
   int max_steps = 200;         ///< evaluations of T(L)
   double tolerance = 0.5;      ///< of T(L), as in table 2 [steps]
   double initial_size = 0.25;  ///< of the first simplex, in α and β
+  /// Called with the number of evaluations before each; true ends the optimisation with the best so far. May be empty.
+  std::function<bool(int)> ended = {};
 };
 
 struct SimplexResult {

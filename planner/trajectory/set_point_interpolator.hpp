@@ -16,7 +16,7 @@ struct JointState {
 
 /// A set-point of a planner: reach q with velocity qd, `period` [s] after its arrival.
 struct TimedSetPoint {
-  JointState target;
+  JointState target;    ///< at the end of `period`
   double period = 0.0;  ///< [s], > 0
 };
 
@@ -24,6 +24,7 @@ struct TimedSetPoint {
 /// limits. A joint at a position limit gets velocity 0.
 void advance_within_limits(const JointLimits& limits, const JointVector& qd_next, double dt, JointState& state);
 
+/// What the interpolator does.
 enum class DriveMode : std::uint8_t {
   kIdle,      ///< at rest, without set-points
   kTracking,  ///< follows set-points
@@ -53,8 +54,8 @@ class SetPointInterpolator {
 
   /// The last result of step().
   [[nodiscard]] const JointState& reference() const { return reference_; }
-  [[nodiscard]] DriveMode mode() const { return mode_; }
-  [[nodiscard]] const JointLimits& limits() const { return limits_; }
+  [[nodiscard]] DriveMode mode() const { return mode_; }               ///< after the last call
+  [[nodiscard]] const JointLimits& limits() const { return limits_; }  ///< as given
   /// Number of clamped set-points since construction.
   [[nodiscard]] std::uint64_t clamped() const { return clamped_; }
 

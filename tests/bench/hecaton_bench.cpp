@@ -3,14 +3,16 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "tests/bench/timings.hpp"
+#include "tests/bench/run_benchmarks.hpp"
 
 namespace {
 
 constexpr const char* kUsage =
-    "usage: hecaton-bench [tick|distance|growth|rollouts|routes|cspace|strategies …] [Google Benchmark's options]\n"
+    "usage: hecaton-bench [tick|distance|growth|rollouts|routes|cspace|wire|strategies …] [Google Benchmark's "
+    "options]\n"
     "\n"
     "  tick      one control period of an arm, 192 pairs of bodies, and where its time goes\n"
     "  distance  its distance pass alone, beside FCL's pairwise distances\n"
@@ -18,6 +20,7 @@ constexpr const char* kUsage =
     "  rollouts  ticks a second of rollouts of three arms\n"
     "  routes    routes of a blocked arm around everything at its present pose, at three levels of clearance\n"
     "  cspace    10,000 obstacles mapped into the C-space of a planar arm: cost, and cells missed and false\n"
+    "  wire      the check of 100 received arm states against their limits; the peer is their decoding\n"
     "  strategies  the grid of motion strategies of scorbot_2a: 576 in 300 tasks, the faultless in 2 x 1800; p50, p99\n"
     "            and max are over strategies (of the last set), tick_us is an arm's mean step, fcl_us what FCL's\n"
     "            distances of one arm cost for such a step; one core\n"
@@ -30,11 +33,12 @@ constexpr const char* kUsage =
     "boxes, asked for pairs within 0.12 m. Every figure includes two readings of the clock (benchmark `tick/clock`).\n"
     "rows: constraints a tick; core_use: of one core, by all arms at 500 Hz; ticks_per_s: on one core. That a library\n"
     "was built as DEBUG is said of Google Benchmark's package, not of ours.\n"
-    "JSON: --benchmark_format=json. Exit codes: 0 done, 2 usage.\n\n";
+    "JSON: --benchmark_format=json. Exit codes: 0 done, 2 usage or nothing selected, 130 interrupted by\n"
+    "Ctrl-C (143: by SIGTERM), with the rows that are finished.\n\n";
 
 bool is_group(const std::string& word) {
   return word == "tick" || word == "distance" || word == "growth" || word == "rollouts" || word == "routes" ||
-         word == "cspace" || word == "strategies";
+         word == "cspace" || word == "wire" || word == "strategies";
 }
 
 }  // namespace
@@ -46,9 +50,10 @@ int main(int count, char** arguments) {
     if (words[i] == "-h" || words[i] == "--help") std::fputs(kUsage, stdout);
     if (words[i].starts_with("-")) continue;
     if (!is_group(words[i])) {
-      std::fprintf(stderr,
-                   "hecaton-bench: '%s' must be tick, distance, growth, rollouts, routes, cspace or strategies\n%s",
-                   words[i].c_str(), kUsage);
+      std::fprintf(
+          stderr,
+          "hecaton-bench: '%s' must be tick, distance, growth, rollouts, routes, cspace, wire or strategies\n%s",
+          words[i].c_str(), kUsage);
       return 2;
     }
     groups += (groups.empty() ? "" : "|") + words[i];
@@ -56,12 +61,5 @@ int main(int count, char** arguments) {
   std::erase_if(words, [](const std::string& word) { return is_group(word); });
   words.insert(words.begin() + 1, "--benchmark_counters_tabular=true");
   if (!groups.empty()) words.insert(words.begin() + 1, "--benchmark_filter=^(" + groups + ")/");
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  int left = static_cast<int>(pointers.size());
-  benchmark::Initialize(&left, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(left, pointers.data())) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
+  return hecaton::bench::run_benchmarks(std::move(words));
 }

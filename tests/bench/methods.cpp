@@ -6,6 +6,7 @@
 #include "planner/global/timed_path.hpp"
 #include "planner/methods/potential_field/gradient_path.hpp"
 #include "tests/bench/query_set.hpp"
+#include "tests/bench/run_benchmarks.hpp"
 #include "tests/bench/timings.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 
@@ -70,12 +71,18 @@ class Account {
 template <typename Enter, typename Solve>
 void run_all(benchmark::State& state, const Enter& enter, const Solve& solve) {
   const std::vector<QueryScene>& scenes = query_set();
+  std::size_t all = 0;
+  for (const QueryScene& scene : scenes) all += scene.queries.size();
   for (auto _ : state) {
     Account account;
+    std::size_t done = 0;
     for (const QueryScene& scene : scenes) {
       test::FclCollisionChecker checker(scene.validity, scene.world);
       enter(scene);
-      for (const QueryScene::Query& query : scene.queries) solve(scene, query, account, checker);
+      for (const QueryScene::Query& query : scene.queries) {
+        show_progress(static_cast<double>(done++), static_cast<double>(all), "queries");
+        solve(scene, query, account, checker);
+      }
     }
     account.tell(state);
   }

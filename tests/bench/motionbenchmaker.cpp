@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -28,6 +29,8 @@ struct Problem {
 };
 using Family = std::vector<Problem>;
 
+constexpr int kCalls = 5;
+
 std::vector<double> ordered(const RobotModel& model, const std::map<std::string, double>& positions) {
   std::vector<double> q;
   for (const std::string& joint : model.joint_names) q.push_back(positions.at(joint));
@@ -50,18 +53,28 @@ Problem read_problem(const RobotModel& model, const std::filesystem::path& scene
 
 class Sum {
  public:
-  explicit Sum(bool certify) : certify_(certify) {}
+  explicit Sum(bool proven) : proven_(proven) {}
 
   void solve(const Validity& validity, const Problem& problem, test::FclCollisionChecker& checker,
              benchmark::State& state) {
     PlanOptions options;
     options.simplify = false;
-    options.certify = certify_;
+    options.check.proven = proven_;
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     options.budget.ended = [end] { return std::chrono::steady_clock::now() > end; };
+    // The fastest of some calls: percentiles tell how problems differ, and not when another process had the processor.
     Plan found;
-    const double us = processor_time_once([&] { found = plan(validity, problem.start, problem.goal, options); });
-    set_iteration_time(state, us);
+    Plan shorter;
+    double plan_us = std::numeric_limits<double>::infinity();
+    double simplify_us = std::numeric_limits<double>::infinity();
+    for (int call = 0; call < kCalls; ++call) {
+      plan_us =
+          std::min(plan_us, processor_time_once([&] { found = plan(validity, problem.start, problem.goal, options); }));
+      shorter = found;
+      if (!found.solved()) break;
+      simplify_us = std::min(simplify_us, processor_time_once([&] { simplify(validity, options, shorter); }));
+    }
+    set_iteration_time(state, plan_us);
     ++problems_;
     if (!found.solved()) {
       std::fprintf(stderr, "%s: %s\n", problem.name.c_str(), found.reason.c_str());
@@ -69,19 +82,22 @@ class Sum {
       return;
     }
     ++solved_;
-    planned_.add(us);
-    total_ += us;
-    const double both = us + processor_time_once([&] { simplify(validity, options, found); });
-    simplified_.add(both);
-    invalid_paths_ += checker.collisions_on(found.path, validity.options().step / 10.0) > 0 ? 1 : 0;
+    planned_.add(plan_us);
+    simplified_.add(simplify_us);
+    both_.add(plan_us + simplify_us);
+    iterations_ += static_cast<double>(found.iterations);
+    length_ += shorter.length;
+    invalid_paths_ += checker.collisions_on(shorter.path, validity.options().step / 10.0) > 0 ? 1 : 0;
   }
 
   void tell(benchmark::State& state) const {
     report(state, planned_);
     state.counters["p95"] = planned_.percentile(0.95);
-    state.counters["mean"] = total_ / std::max(1.0, solved_);
-    state.counters["simplified_p50"] = simplified_.percentile(0.5);
-    state.counters["simplified_p95"] = simplified_.percentile(0.95);
+    state.counters["simplify_p50"] = simplified_.percentile(0.5);
+    state.counters["both_p50"] = both_.percentile(0.5);
+    state.counters["both_p95"] = both_.percentile(0.95);
+    state.counters["iterations"] = iterations_ / std::max(1.0, solved_);
+    state.counters["length"] = length_ / std::max(1.0, solved_);
     state.counters["problems"] = problems_;
     state.counters["solved"] = solved_;
     state.counters["bad_ends"] = invalid_ends_;
@@ -89,16 +105,17 @@ class Sum {
   }
 
  private:
-  bool certify_;
-  Timings planned_, simplified_;
-  double total_ = 0.0, problems_ = 0.0, solved_ = 0.0, invalid_ends_ = 0.0, invalid_paths_ = 0.0;
+  bool proven_;
+  Timings planned_, simplified_, both_;
+  double iterations_ = 0.0, length_ = 0.0;  ///< sums
+  double problems_ = 0.0, solved_ = 0.0, invalid_ends_ = 0.0, invalid_paths_ = 0.0;
 };
 
-void run(benchmark::State& state, const Arm& arm, const Family& family, bool certify) {
+void run(benchmark::State& state, const Arm& arm, const Family& family, bool proven) {
   ValidityOptions options;
   options.step = 1.0 / 32.0;  // VAMP's for this robot
   Validity validity({CellGeometry({arm}, 0)}, {}, options);
-  Sum sum(certify);
+  Sum sum(proven);
   std::size_t next = 0;
   for (auto _ : state) {
     const Problem& problem = family[next++];
@@ -141,10 +158,10 @@ void register_motionbenchmaker(const std::string& urdf, const std::string& srdf,
   for (auto& [name, family] : families) {
     const auto iterations = static_cast<benchmark::IterationCount>(family.size());
     const auto shared = std::make_shared<Family>(std::move(family));
-    for (const bool certify : {false, true}) {
-      const std::string full = "motionbenchmaker/" + name + (certify ? "/certified" : "");
-      benchmark::RegisterBenchmark(
-          full.c_str(), [arm, shared, certify](benchmark::State& state) { run(state, arm, *shared, certify); })
+    for (const bool proven : {false, true}) {
+      const std::string full = "motionbenchmaker/" + name + (proven ? "/proven" : "/unproven");
+      benchmark::RegisterBenchmark(full.c_str(),
+                                   [arm, shared, proven](benchmark::State& state) { run(state, arm, *shared, proven); })
           ->Iterations(iterations)
           ->UseManualTime()
           ->Unit(benchmark::kMicrosecond);

@@ -98,14 +98,12 @@ void puma_among_boxes(benchmark::State& state, const std::string& method) {
     PlanOptions plan_options;
     plan_options.planner = built_in_planners().at(method);
     plan_options.simplify = false;
-    plan_options.certify = false;  // as the peer does
     plan_options.budget.ended = processor_deadline(kLongestSearch);
     Plan found;
     const double us = processor_time_once([&] { found = plan(validity, start, goal, plan_options); });
     ours.add(us);
     set_iteration_time(state, us);
     solved += found.solved() ? 1.0 : 0.0;
-    plan_options.certify = true;
     plan_options.budget.ended = processor_deadline(kLongestSearch);
     simplified.add(processor_time_once([&] {
       found = plan(validity, start, goal, plan_options);

@@ -3,10 +3,11 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/bench/motionbenchmaker.hpp"
-#include "tests/bench/timings.hpp"
+#include "tests/bench/run_benchmarks.hpp"
 
 namespace {
 
@@ -19,11 +20,13 @@ Alone, or what --benchmark_filter=REGEX chooses of it:
              to end
   methods/   all methods, the potential fields too, on the same 200 queries
   nearest/   nearest points by a scan and by a tree
-motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `certified`: paths
-proven free everywhere, and planned again where that fails.
-Times in microseconds of processor time; simplified: search and shortening; invalid: paths in which FCL, at steps a
-tenth of the planner's, finds a collision; permissive: configurations called free that FCL calls colliding.
-Exit codes: 0 done, 2 usage, 3 bad input.
+motionbenchmaker: RRT-Connect on the pairs of sceneNNNN.yaml and requestNNNN.yaml below PROBLEMS; `proven`: all edges
+are free everywhere, `unproven`: at steps.
+Times in microseconds of processor time. simplify: shortening; both, simplified: search and shortening; invalid: paths
+in which FCL, at steps a tenth of the planner's, finds a collision; permissive: configurations called free that FCL
+calls colliding.
+Exit codes: 0 done, 2 usage or nothing selected, 3 bad input, 130 interrupted by Ctrl-C (143: by SIGTERM), with the rows
+that are finished.
 
 )";
 
@@ -49,12 +52,5 @@ int main(int count, char** arguments) {
     words.insert(words.begin() + 1, "--benchmark_filter=^motionbenchmaker/");
   }
   words.insert(words.begin() + 1, "--benchmark_counters_tabular=true");
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  int left = static_cast<int>(pointers.size());
-  benchmark::Initialize(&left, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(left, pointers.data())) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
+  return hecaton::bench::run_benchmarks(std::move(words));
 }

@@ -67,7 +67,7 @@ bool path_exists(const Validity& validity, test::FclCollisionChecker& checker, c
                  const std::vector<double>& goal) {
   PlanOptions options;
   options.seed = 77;
-  options.certify = false;
+  options.check.proven = false;
   options.budget.iterations = 20'000;
   return plan(validity, start, goal, options).solved() || plan_with_ompl(validity, checker, start, goal, 1.0).solved;
 }

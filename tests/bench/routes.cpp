@@ -1,5 +1,6 @@
 #include "planner/route/route_search.hpp"
 #include "tests/bench/pairs_cell.hpp"
+#include "tests/bench/run_benchmarks.hpp"
 #include "tests/bench/timings.hpp"
 
 namespace hecaton::bench {
@@ -51,6 +52,7 @@ void routes(benchmark::State& state) {
   int within_two = 0;
   int asked = 0;
   for (int draw = 0; draw < kMostDraws && asked < kQuestions; ++draw) {
+    show_progress(asked, kQuestions, "questions");
     const Instant from = cell.draw();
     const Instant to = cell.draw();
     room.look(from);

@@ -2,6 +2,7 @@
 #include "planner/strategy_search/search.hpp"
 #include "services/config/cell_file.hpp"
 #include "tests/bench/fcl_peer.hpp"
+#include "tests/bench/run_benchmarks.hpp"
 #include "tests/bench/timings.hpp"
 
 namespace hecaton::bench {
@@ -61,6 +62,8 @@ Sums run_round(const StrategyProblem& problem, const std::vector<SystemStrategy>
     problem.precheck_paths(tasks);
   });
   for (const SystemStrategy& candidate : candidates) {
+    show_progress(static_cast<double>(&candidate - candidates.data()), static_cast<double>(candidates.size()),
+                  "strategies");
     Evaluation evaluation;
     sums.strategies.add(
         processor_time_once([&] { evaluation = evaluate(problem, tasks, candidate, {.stop_at_fault = true}); }));

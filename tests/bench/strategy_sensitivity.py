@@ -3,7 +3,8 @@
 usage: strategy_sensitivity.py HECATON_STRATEGIES [-o FILE.csv] [--threads N] [--only GROUP]
 
 Prints a table and writes FILE.csv, which `hecaton-strategies plot FILE.csv` draws. Every row is a search of the 576 strategies in
-300 tasks of each arm and, for those without fault, in two sets of 300 more (or as the row says).
+300 tasks of each arm and, for those without fault, in two sets of 300 more (or as the row says). Ctrl-C ends with the rows so far and
+exit code 130.
 """
 import argparse
 import csv
@@ -45,9 +46,12 @@ def search(program, threads, cell_arguments, search_arguments, folder):
                     *cell_arguments, "-o", cell], check=True)
     arguments = search_arguments if "--confirm" in search_arguments else ["--confirm", "300", *search_arguments]
     ran = subprocess.run([program, "search", cell, "--threads", str(threads), "-o", "json", *arguments],
-                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+                         stdout=subprocess.PIPE,
+                         stderr=None if sys.stderr.isatty() else subprocess.PIPE, check=False)
+    if ran.returncode == 130:
+        raise KeyboardInterrupt  # the terminal has signalled the search as well
     if ran.returncode not in (0, 1):
-        sys.exit(ran.stderr.decode())
+        sys.exit((ran.stderr or b"").decode(errors="replace"))
     return json.loads(ran.stdout)
 
 
@@ -58,11 +62,15 @@ parser.add_argument("--threads", type=int, default=2)
 parser.add_argument("--only", help="one group")
 options = parser.parse_args()
 table = [("group", "variant", "candidates", "screened", "confirmed", "time")]
+rows = [row for row in ROWS if options.only in (None, row[0])]
+interrupted = False
 with tempfile.TemporaryDirectory() as name:
-    for group, variant, cell_arguments, search_arguments in ROWS:
-        if options.only not in (None, group):
-            continue
-        report = search(options.program, options.threads, cell_arguments, search_arguments, pathlib.Path(name))
+    for group, variant, cell_arguments, search_arguments in rows:
+        try:
+            report = search(options.program, options.threads, cell_arguments, search_arguments, pathlib.Path(name))
+        except KeyboardInterrupt:
+            interrupted = True
+            break
         stages, best = report["stages"], report["strategies"]
         table.append((group, variant, stages[0]["candidates"], stages[0]["without_fault"], stages[-1]["without_fault"],
                       f"{best[0]['time_steps']:.2f}"))
@@ -70,3 +78,6 @@ with tempfile.TemporaryDirectory() as name:
 if options.output:
     with open(options.output, "w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(table)
+if interrupted:
+    print(f"interrupted: {len(table) - 1} of {len(rows)} rows done", file=sys.stderr)
+    sys.exit(130)

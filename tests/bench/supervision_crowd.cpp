@@ -23,7 +23,7 @@ namespace {
 class Crowd {
  public:
   Crowd(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
-      : participant_(make_participant(file, options, "crowd")),
+      : participant_(make_participant(file, options, Role::kSupervisor, "crowd")),
         states_(participant_),
         modes_(participant_),
         loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {

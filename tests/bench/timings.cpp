@@ -27,10 +27,6 @@ double Timings::total() const {
   return std::accumulate(microseconds_.begin(), microseconds_.end(), 0.0);
 }
 
-void set_iteration_time(benchmark::State& state, double microseconds) {
-  state.SetIterationTime(microseconds * 1e-6);
-}
-
 void report(benchmark::State& state, const Timings& ours) {
   state.counters["p50_us"] = ours.percentile(0.5);
   state.counters["p99_us"] = ours.percentile(0.99);

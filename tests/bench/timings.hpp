@@ -68,7 +68,8 @@ class Timings {
   std::vector<double> first_;
 };
 
-/// Google Benchmark's time of this iteration; its benchmarks are registered with UseManualTime.
+/// Google Benchmark's time of this iteration; its benchmarks are registered with UseManualTime. Shows the progress of
+/// rows with several iterations, and throws after a signal, as show_progress() (tests/bench/run_benchmarks.hpp).
 void set_iteration_time(benchmark::State& state, double microseconds);
 
 /// The columns p50, p99 and max [µs] of a benchmark, and p50 and p99 of first calls.

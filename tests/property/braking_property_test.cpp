@@ -1,5 +1,5 @@
-// Braking before contact (docs/design/0001-braking.md, 0010-passing-obstacles.md): arms move among bodies under the
-// real tick. From every tick the stop profile is simulated to rest, with exact distances.
+// Braking before contact (docs/explanation/0001-braking.md, 0010-passing-obstacles.md): arms move among bodies under
+// the real tick. From every tick the stop profile is simulated to rest, with exact distances.
 #include <algorithm>
 #include <optional>
 #include <vector>

@@ -1,5 +1,5 @@
-// The limit of docs/design/0001-braking.md, "Flight", by hand: a ball whose C-space is the plane moves along a wall
-// while a faster body pushes it. Normals are constant, so that the inequality of the note holds exactly.
+// The limit of docs/explanation/0001-braking.md, "Flight", by hand: a ball whose C-space is the plane moves along a
+// wall while a faster body pushes it. Normals are constant, so that the inequality of the note holds exactly.
 #include <algorithm>
 #include <vector>
 

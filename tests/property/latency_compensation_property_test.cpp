@@ -1,4 +1,4 @@
-// Delayed states never lead to a contact: docs/design/0006-latency-compensation.md against adversaries.
+// Delayed states never lead to a contact: docs/explanation/0006-latency-compensation.md against adversaries.
 #include <array>
 #include <optional>
 #include <span>

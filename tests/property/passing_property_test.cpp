@@ -1,4 +1,4 @@
-// Passing obstacles in random encounters: docs/design/0010-passing-obstacles.md.
+// Passing obstacles in random encounters: docs/explanation/0010-passing-obstacles.md.
 #include <algorithm>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// The right of way on delayed states: docs/design/0007-right-of-way.md.
+// The right of way on delayed states: docs/explanation/0007-right-of-way.md.
 #include <algorithm>
 #include <array>
 #include <vector>

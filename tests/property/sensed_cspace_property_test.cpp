@@ -1,4 +1,4 @@
-// Arms that know obstacles from their sensors only: docs/design/0011-sensed-cspace.md.
+// Arms that know obstacles from their sensors only: docs/explanation/0011-sensed-cspace.md.
 #include <fstream>
 #include <sstream>
 
@@ -36,7 +36,7 @@ BatchReport simulate(Cell cell, const char* method, Remember remember, int tasks
 }
 
 // About half of these scenes have a path. An arm that knows all obstacles reaches every goal that has one. An arm with
-// sensors may miss some (docs/design/0011-sensed-cspace.md).
+// sensors may miss some (docs/explanation/0011-sensed-cspace.md).
 TEST(SensedCspace, ReachesGoalsInUnknownScenesWithoutContact) {
   const Cell cell = cell_of("planar_2r");
   const BatchReport known = simulate(cell, "known_cspace", Remember::kAlways, 25);

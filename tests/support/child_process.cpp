@@ -38,8 +38,8 @@ std::string new_stem() {
 }  // namespace
 
 ChildProcess::ChildProcess(const std::string& program, const std::vector<std::string>& arguments)
-    : program_(program), stem_(new_stem()) {
-  const std::string path = std::string(HECATON_BIN_DIR) + "/" + program;
+    : program_(std::filesystem::path(program).filename()), stem_(new_stem()) {
+  const std::string path = std::filesystem::path(HECATON_BIN_DIR) / program;
   const std::string out = stem_ + ".out";
   const std::string err = stem_ + ".err";
   std::vector<char*> argv{const_cast<char*>(path.c_str())};

@@ -17,7 +17,8 @@ struct Exit {
 
 class ChildProcess {
  public:
-  /// `program` is a file name in the build's bin folder; its stdout and stderr go to files that output() reads.
+  /// `program` is a file name in the build's bin folder, or an absolute path; its stdout and stderr go to files that
+  /// output() reads.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments);
   ~ChildProcess();  ///< kills a running program; prints its stderr if the test has failed
   ChildProcess(ChildProcess&& other) noexcept;

@@ -9,6 +9,7 @@
 
 namespace hecaton::world {
 
+/// A rigid transform.
 using Pose = Eigen::Isometry3d;
 
 /// Velocity of a rigid body: of its frame's origin, expressed in W.

@@ -46,32 +46,35 @@ struct ConveyorMotion {
 
 /// A rigid body under gravity that falls, rolls and is pushed.
 struct DynamicMotion {
-  double mass = 1.0;      ///< [kg], > 0
-  double friction = 0.5;  ///< Coulomb coefficient, ≥ 0
-  double rolling_friction = 0.01;
-  double restitution = 0.1;  ///< [0, 1]
-  Twist initial_velocity;
+  double mass = 1.0;               ///< [kg], > 0
+  double friction = 0.5;           ///< Coulomb coefficient, ≥ 0
+  double rolling_friction = 0.01;  ///< coefficient, ≥ 0
+  double restitution = 0.1;        ///< [0, 1]
+  Twist initial_velocity;          ///< of the origin of O, in W
 };
 
+/// How an obstacle moves.
 using Motion = std::variant<StaticMotion, WaypointMotion, CircleMotion, SineMotion, ConveyorMotion, DynamicMotion>;
 
 /// Fixed to the tool of an arm.
 struct Attachment {
-  std::string arm;
+  std::string arm;               ///< name in the cell file
   Pose X_TO = Pose::Identity();  ///< of the obstacle in the arm's tool frame T
 };
 
+/// An obstacle, as the cell file or an edit defines it.
 struct Obstacle {
-  std::string name;                 ///< unique in the cell
-  std::vector<PlacedShape> shapes;  ///< at least one, in the obstacle's frame O
-  Pose X_WO = Pose::Identity();     ///< at t = 0; ignored while attached
-  Motion motion = StaticMotion{};
-  std::optional<Attachment> attachment;
+  std::string name;                      ///< unique in the cell
+  std::vector<PlacedShape> shapes;       ///< at least one, in the obstacle's frame O
+  Pose X_WO = Pose::Identity();          ///< at t = 0; ignored while attached
+  Motion motion = StaticMotion{};        ///< ignored while attached
+  std::optional<Attachment> attachment;  ///< nothing: no arm carries it
 };
 
+/// All obstacles and what surrounds them.
 struct Scene {
-  std::vector<Obstacle> obstacles;
-  double floor_z = 0.0;  ///< dynamic bodies rest on this plane [m]; it is no obstacle for the planners
+  std::vector<Obstacle> obstacles;  ///< with unique names
+  double floor_z = 0.0;             ///< dynamic bodies rest on this plane [m]; it is no obstacle for the planners
   Eigen::Vector3d gravity = {0.0, 0.0, -9.81};  ///< [m/s²]
 };
 

@@ -11,10 +11,12 @@
 
 namespace hecaton::world {
 
+/// A cuboid.
 struct Box {
   Eigen::Vector3d half_extents;  ///< [m], each > 0
 };
 
+/// A ball.
 struct Sphere {
   double radius;  ///< [m], > 0
 };
@@ -36,16 +38,18 @@ struct ConvexHull {
   std::vector<Eigen::Vector3d> vertices;  ///< [m], in S; at least 4, not coplanar
   std::vector<std::vector<int>> faces;    ///< vertex indices, counter-clockwise from outside
 };
+/// A convex hull, placed in its frame S.
 struct Convex {
-  std::shared_ptr<const ConvexHull> hull;
+  std::shared_ptr<const ConvexHull> hull;  ///< never null
 };
 
+/// Shape of a body.
 using Shape = std::variant<Box, Sphere, Capsule, Cylinder, Convex>;
 
 /// A shape fixed to a body B.
 struct PlacedShape {
-  Shape shape;
-  Pose X_BS = Pose::Identity();
+  Shape shape;                   ///< in S
+  Pose X_BS = Pose::Identity();  ///< of S in B
 };
 
 /// A ball that encloses the shape, in the shape's frame S.
@@ -54,6 +58,7 @@ struct BoundingSphere {
   double radius = 0.0;                               ///< [m]
 };
 
+/// A ball around the shape; of a hull not the smallest one.
 inline BoundingSphere bounding_sphere(const Shape& shape) {
   struct Visitor {
     BoundingSphere operator()(const Box& box) const { return {Eigen::Vector3d::Zero(), box.half_extents.norm()}; }

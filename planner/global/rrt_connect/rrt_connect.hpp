@@ -6,11 +6,11 @@
 namespace hecaton::planner::global {
 
 struct RrtConnectParameters {
-  float range = 2.0F;  ///< longest new edge, in joint space [rad | m]
+  float range = 1.0F;  ///< longest new edge, in joint space [rad | m]
   /// Dynamic domain, after [Yershova05]; 1: off. A node whose extension failed gets shorter edges by this factor, down
   /// to min_domain, and longer ones again after a success. The paper rejects samples beyond a node's domain instead; in
   /// seven dimensions hardly any sample lies within. On MotionBenchMaker, 0.5 doubles the median
-  /// (docs/global-planning.md).
+  /// (docs/explanation/global-planning.md).
   float domain_factor = 1.0F;
   float min_domain = 0.1F;  ///< [rad | m]
 };

@@ -11,7 +11,7 @@ namespace hecaton::planner::potential {
 /// The joint velocity down the gradient [rad/s | m/s]. It is as large as the limits allow, smaller where repulsion
 /// nearly cancels attraction, and in time to stop at the goal. Near the goal the velocity points straight to it,
 /// because an obstacle near the goal shifts the minimum of the field. differs from paper: the field gives the direction
-/// only; the local planner keeps limits and distances (docs/potential-fields.md).
+/// only; the local planner keeps limits and distances (docs/explanation/potential-fields.md).
 [[nodiscard]] JointVector field_velocity(const JointLimits& limits, const FieldValue& field, const JointVector& q,
                                          const JointVector& q_goal, double dt);
 

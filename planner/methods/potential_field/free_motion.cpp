@@ -5,23 +5,25 @@
 namespace hecaton::planner::potential {
 namespace {
 
-/// Distance from the axis of joint j to the farthest point of the bodies after it. Prismatic joints count at their
-/// limit.
+/// Bound of the speed of any point of the arm per unit rate of each joint. For a joint that turns it is the distance
+/// from its axis to the farthest point of the bodies after it. Prismatic joints count at their limit.
 JointVector levers(const CellGeometry& geometry) {
   const Arm& arm = geometry.own_arm();
   const RobotModel& model = *arm.model;
   JointVector lever = JointVector::Zero(model.joints());
   for (const Body& body : geometry.own_bodies()) {
     double reach = body.bound.centre.norm() + body.bound.radius;
+    JointVector of_body = JointVector::Zero(model.joints());
     for (int link = body.link; link >= 0; link = model.links[link].parent) {
       const Link& at = model.links[link];
       if (at.joint >= 0) {
         const bool shifts = at.joint_type == JointType::kPrismatic;
-        lever[at.joint] = shifts ? 1.0 : std::max(lever[at.joint], reach);
-        if (shifts) reach += std::max(std::abs(arm.limits.lower[at.joint]), std::abs(arm.limits.upper[at.joint]));
+        of_body[at.joint] += std::abs(at.multiplier) * (shifts ? 1.0 : reach);
+        if (shifts) reach += largest_position(at, arm.limits);
       }
       reach += at.X_PJ.translation().norm();
     }
+    lever = lever.cwiseMax(of_body);
   }
   return lever;
 }

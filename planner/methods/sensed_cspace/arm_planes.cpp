@@ -67,6 +67,7 @@ double distance_to_segment(const Point& p, const Point& a, const Point& b) {
 std::optional<std::string> ArmPlanes::why_not(const RobotModel& model) {
   const int joints = model.joints();
   if (joints != 2 && joints != 3) return "it has " + std::to_string(joints) + " joints, not 2 or 3";
+  if (model.has_followers) return "some of its links follow a joint of another one";
   const Kinematics k = at_zero(model);
   for (int j = 0; j < joints; ++j) {
     if (k.prismatic[j]) return "its joint " + model.joint_names[j] + " does not turn";
@@ -107,7 +108,7 @@ ArmPlanes::ArmPlanes(const RobotModel& model) : spatial_(model.joints() == 3) {
 
   std::array<double, 2> widths{};
   for (const LinkGeometry& geometry : model.geometry) {
-    const int link = joints_before(model, geometry.link) - shoulder - 1;
+    const int link = axes_before(model, geometry.link) - shoulder - 1;
     if (link < 0) continue;  // the column does not move in the plane
     for (const Ball& ball : hull_of_balls(geometry.shape)) {
       const Eigen::Vector3d p_B = k.X_WL[geometry.link] * geometry.X_LS * ball.centre;

@@ -1,6 +1,6 @@
 #pragma once
 /// The motion methods of [Li96]: a path through C-space, searched in what the arm has sensed, or in all obstacles.
-/// docs/design/0011-sensed-cspace.md.
+/// docs/explanation/0011-sensed-cspace.md.
 
 #include <vector>
 

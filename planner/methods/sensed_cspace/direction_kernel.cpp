@@ -11,7 +11,7 @@
 // - a tangent touches the disc about a corner of O;
 // - the circle of radius l crosses that disc;
 // - the circle crosses a side that is moved outwards by w.
-// All such points lie in K, so the outermost two directions are the ends (docs/design/0011-sensed-cspace.md).
+// All such points lie in K, so the outermost two directions are the ends (docs/explanation/0011-sensed-cspace.md).
 
 namespace hecaton::planner::cspace::HECATON_ISA {
 namespace {

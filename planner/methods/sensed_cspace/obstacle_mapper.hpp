@@ -12,8 +12,8 @@ namespace hecaton::planner::cspace {
 /// The links that can touch an obstacle.
 enum class Links { kBoth, kFirst, kSecond };
 
-/// Blocks exactly the cells in whose centre the arm touches the obstacle (docs/design/0011-sensed-cspace.md has the
-/// proof). Not thread-safe.
+/// Blocks exactly the cells in whose centre the arm touches the obstacle (docs/explanation/0011-sensed-cspace.md has
+/// the proof). Not thread-safe.
 ///
 /// differs from paper: [Li96] stores the images of forty points and represents an obstacle by its critical points,
 /// which misses up to a third of the cells. This class computes the images of corners and sides row by row, in similar

@@ -15,7 +15,7 @@
 
 namespace hecaton::planner {
 
-/// How long an arm keeps measured points. docs/design/0011-sensed-cspace.md says when the arm reaches its goal.
+/// How long an arm keeps measured points. docs/explanation/0011-sensed-cspace.md says when the arm reaches its goal.
 enum class Remember {
   kNever,        ///< present scans only, as published: "We do not accumulate historical FO_i"
   kUntilNearer,  ///< from the start of a detour until the goal is visible and nearer than at its start

@@ -104,6 +104,10 @@ void StrategyKeys::visit(ParameterVisitor& visitor) {
 }
 
 std::optional<std::string> StrategyKeys::unfit(const RobotModel& robot) const {
+  if (robot.has_followers) {
+    return "must be given to an arm whose links all have joints of their own; some links of robot " + robot.name +
+           " follow another joint";
+  }
   const int joints = robot.joints();
   const int avoiding = avoiding_joints(parameters, joints);
   if (joints < 2 || avoiding > joints) {

@@ -1,6 +1,6 @@
 #pragma once
 /// The motion methods of [Mediavilla02] for a live arm: avoidance in the plane of a motion strategy
-/// (docs/strategies.md).
+/// (docs/explanation/strategies.md).
 
 #include <span>
 

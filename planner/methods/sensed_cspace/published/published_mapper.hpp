@@ -1,6 +1,6 @@
 #pragma once
 /// The C-space mapper of [Li96] as published: algorithms 1 and 2. It misses cells in which the arm collides
-/// (docs/design/0011-sensed-cspace.md). `sensed.mapper: published` selects it.
+/// (docs/explanation/0011-sensed-cspace.md). `sensed.mapper: published` selects it.
 
 #include <array>
 #include <span>

@@ -1,6 +1,7 @@
 /// Distances calculated by hand.
 
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -73,6 +74,52 @@ TEST(SphereCylinder, LeavesThroughSideOrCapFromInside) {
   const ShapeDistance cap = shape_distance(sphere, at(0.0, 0.0, -0.8), cylinder, at(0, 0, 0));
   EXPECT_NEAR(cap.distance, -0.3, 1e-12);
   expect_point(cap.n_W, {0.0, 0.0, 1.0});
+}
+
+TEST(CapsuleCylinder, IsExactAtSideCapAndRim) {
+  const world::Capsule capsule{0.1, 0.3};
+  const world::Cylinder cylinder{0.5, 1.0};
+  // Upright beside it; lying over the cap; lying across the axis, beyond the side.
+  EXPECT_NEAR(shape_distance(capsule, at(0.9, 0, 0.2), cylinder, at(0, 0, 0)).distance, 0.3, 1e-9);
+  EXPECT_NEAR(shape_distance(capsule, at(0.1, 0, 1.5, {0, kRightAngle, 0}), cylinder, at(0, 0, 0)).distance, 0.4, 1e-9);
+  const ShapeDistance side = shape_distance(capsule, at(0.1, 0.8, 0.4, {0, kRightAngle, 0}), cylinder, at(0, 0, 0));
+  EXPECT_NEAR(side.distance, 0.2, 1e-9);
+  expect_point(side.n_W, {0, -1, 0}, 1e-8);
+  expect_point(side.p_a_W, {0, 0.7, 0.4}, 1e-8);
+  expect_point(side.p_b_W, {0, 0.5, 0.4}, 1e-8);
+  // Along y, 0.3 outside the rim in x and 0.4 above it: 3-4-5.
+  EXPECT_NEAR(shape_distance(capsule, at(0.8, 0, 1.4, {kRightAngle, 0, 0}), cylinder, at(0, 0, 0)).distance, 0.4, 1e-9);
+  // Its end at (0.8, 0, 1.4).
+  EXPECT_NEAR(shape_distance(capsule, at(0.8, 0, 1.7), cylinder, at(0, 0, 0)).distance, 0.4, 1e-9);
+}
+
+TEST(CapsuleCylinder, AgreesWithThePointsOfItsSegment) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  int apart = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const auto draw = [&] { return Vector3d(number(random), number(random), number(random)); };
+    const Vector3d place = draw();
+    const Vector3d rpy = std::numbers::pi * draw();
+    const Pose X_WA = at(place.x(), place.y(), place.z(), rpy);
+    const world::Cylinder cylinder{0.05 + 0.2 * std::abs(number(random)), 0.05 + 0.3 * std::abs(number(random))};
+    const double half = 0.4 * std::abs(number(random));
+    const ShapeDistance d = shape_distance(world::Capsule{0.02, half}, X_WA, cylinder, at(0, 0, 0));
+    // Points within 0.0002 of each other, and so within 0.0001 of the nearest one.
+    double least = 1e9;
+    const int steps = static_cast<int>(half / 1e-4) + 1;
+    for (int k = 0; k <= steps; ++k) {
+      const Vector3d p = X_WA * Vector3d(0, 0, half * (2.0 * k / steps - 1.0));
+      const double side = std::max(std::hypot(p.x(), p.y()) - cylinder.radius, 0.0);
+      least = std::min(least, std::hypot(side, std::max(std::abs(p.z()) - cylinder.half_length, 0.0)));
+    }
+    if (least < 1e-3) continue;
+    ++apart;
+    EXPECT_LE(d.distance, least - 0.02 + 1e-12);
+    EXPECT_GE(d.distance, least - 0.02 - 1e-5) << "the square of half a step over twice the distance";
+    EXPECT_NEAR((d.p_b_W - d.p_a_W).norm(), std::abs(d.distance), 1e-9);
+  }
+  EXPECT_GT(apart, 1000);
 }
 
 TEST(CapsuleCapsule, IsExactWhenCrossingApart) {

@@ -77,7 +77,7 @@ TEST(SweepDistance, IsTheMinimumOnTheWay) {
   EXPECT_GT(apart, 500);
 }
 
-// The claim of docs/design/0010-passing-obstacles.md, for all motions within the acceleration.
+// The claim of docs/explanation/0010-passing-obstacles.md, for all motions within the acceleration.
 TEST(SweepDistance, BoundsAllMotionsWithinTheAcceleration) {
   test::Random random(4);
   int apart = 0;

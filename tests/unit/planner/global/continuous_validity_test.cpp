@@ -46,7 +46,7 @@ Floats on_curve(const Floats& a, const Floats& c, const Floats& b, float t) {
   return q;
 }
 
-TEST(ProvenFree, IsConfirmedByFclAtFineSteps) {
+TEST(ProvenEdge, IsConfirmedByFclAtFineSteps) {
   Random random(3);
   int proven = 0, seen = 0;
   for (int i = 0; i < 60; ++i) {
@@ -67,8 +67,8 @@ TEST(ProvenFree, IsConfirmedByFclAtFineSteps) {
         }
         free = !scene.checker.collides(q.data());
       }
-      const bool claimed = straight ? scene.validity.proven_free(a.data(), b.data())
-                                    : scene.validity.proven_free(a.data(), c.data(), b.data());
+      const bool claimed = straight ? scene.validity.edge_free(a.data(), b.data())
+                                    : scene.validity.curve_free(a.data(), c.data(), b.data());
       EXPECT_TRUE(free || !claimed) << i;
       if (free && !claimed) {
         // Finer than any step: it comes within rounding of something.
@@ -93,7 +93,7 @@ TEST(ProvenFree, IsConfirmedByFclAtFineSteps) {
   EXPECT_GT(proven, 0.9 * seen);
 }
 
-TEST(ProvenFree, HoldsForAllConfigurationsWithinTheSpread) {
+TEST(ProvenEdge, HoldsForAllConfigurationsWithinTheSpread) {
   Random random(8);
   int proven = 0, less = 0;
   for (int i = 0; i < 60; ++i) {
@@ -103,8 +103,8 @@ TEST(ProvenFree, HoldsForAllConfigurationsWithinTheSpread) {
     const Floats b = scene.draw_near(a, 0.4, random), c = scene.draw_near(a, 0.4, random);
     Floats spread(a.size(), 0.0F);
     for (int j = 0; j < scene.space.dimensions; ++j) spread[j] = static_cast<float>(random.uniform(0.0, 0.03));
-    const bool claimed = scene.validity.proven_free(a.data(), c.data(), b.data(), 0.0, spread.data());
-    less += scene.validity.proven_free(a.data(), c.data(), b.data()) && !claimed ? 1 : 0;
+    const bool claimed = scene.validity.curve_free(a.data(), c.data(), b.data(), 0.0, spread.data());
+    less += scene.validity.curve_free(a.data(), c.data(), b.data()) && !claimed ? 1 : 0;
     if (!claimed) continue;
     ++proven;
     for (int k = 0; k < 300; ++k) {
@@ -121,7 +121,7 @@ TEST(ProvenFree, HoldsForAllConfigurationsWithinTheSpread) {
   EXPECT_GT(less, 0);
 }
 
-TEST(ProvenFree, FindsCollisionBetweenSteps) {
+TEST(ProvenEdge, FindsCollisionBetweenSteps) {
   // A sheet of 0.5 mm in the path of the forearm, and steps of 0.5 rad.
   ValidityOptions options;
   options.step = 0.5;
@@ -129,12 +129,12 @@ TEST(ProvenFree, FindsCollisionBetweenSteps) {
   const Validity validity({CellGeometry({test::puma()}, 0)}, std::vector{sheet}, options);
   const Floats left{0.9F, -0.3F, 1.5F, 0, 0, 0, 0, 0}, right{-0.6F, -0.3F, 1.5F, 0, 0, 0, 0, 0};
   ASSERT_TRUE(validity.state_free(left.data()) && validity.state_free(right.data()));
-  EXPECT_FALSE(validity.proven_free(left.data(), right.data()));
+  EXPECT_FALSE(validity.edge_free(left.data(), right.data()));
   const Validity empty({CellGeometry({test::puma()}, 0)}, {}, options);
-  EXPECT_TRUE(empty.proven_free(left.data(), right.data()));
+  EXPECT_TRUE(empty.edge_free(left.data(), right.data()));
 }
 
-TEST(ProvenFree, KeepsTheClearance) {
+TEST(ProvenEdge, KeepsTheClearance) {
   Random random(4);
   int proven = 0, refused = 0;
   for (int i = 0; i < 40; ++i) {
@@ -143,8 +143,8 @@ TEST(ProvenFree, KeepsTheClearance) {
     options.padding = 0.0299;
     const Validity padded({CellGeometry({test::puma()}, 0)}, scene.world, options);
     const Floats a = scene.draw(random), b = scene.draw_near(a, 0.5, random);
-    if (!scene.validity.state_free(a.data()) || !scene.validity.proven_free(a.data(), b.data())) continue;
-    if (!scene.validity.proven_free(a.data(), b.data(), 0.03)) {
+    if (!scene.validity.state_free(a.data()) || !scene.validity.edge_free(a.data(), b.data())) continue;
+    if (!scene.validity.edge_free(a.data(), b.data(), {.clearance = 0.03})) {
       ++refused;
       continue;
     }
@@ -203,7 +203,7 @@ TEST(Simplify, KeepsTheClearanceOfThePath) {
       Floats q;
       do {
         q = scene.draw(random);
-      } while (!scene.validity.proven_free(q.data(), q.data(), 0.02));
+      } while (!scene.validity.edge_free(q.data(), q.data(), {.clearance = 0.02}));
       return std::vector<double>(q.begin(), q.begin() + 6);
     };
     const std::vector<double> start = free(), goal = free();
@@ -218,7 +218,7 @@ TEST(Simplify, KeepsTheClearanceOfThePath) {
         Floats a(8, 0.0F), b(8, 0.0F);
         std::copy(plan.path[i].begin(), plan.path[i].end(), a.begin());
         std::copy(plan.path[i + 1].begin(), plan.path[i + 1].end(), b.begin());
-        if (!scene.validity.proven_free(a.data(), b.data(), 0.0199)) return false;
+        if (!scene.validity.edge_free(a.data(), b.data(), {.clearance = 0.0199})) return false;
       }
       return true;
     };

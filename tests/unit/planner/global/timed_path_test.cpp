@@ -65,7 +65,6 @@ TEST(JerkLimitedPath, IsFreeAndWithinAllLimits) {
   int rounded = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     PlanOptions options;
-    options.certify = true;
     options.budget.iterations = 20'000;
     const auto [world, validity, found] = Found(seed, options);
     if (!found.solved()) continue;

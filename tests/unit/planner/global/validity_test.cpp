@@ -8,7 +8,6 @@
 #include "planner/global/plan.hpp"
 #include "planner/global/space.hpp"
 #include "planner/global/validity_kernel.hpp"
-#include "planner/simd/instruction_set.hpp"
 #include "tests/support/fcl_collision_checker.hpp"
 #include "tests/support/puma_among_boxes.hpp"
 #include "tests/unit/planner/collision/random_cell.hpp"
@@ -118,25 +117,35 @@ TEST(Validity, LeavesOutFixedBodiesBetweenArmsOfOneRobot) {
   EXPECT_EQ(pairs_between(false), all - fixed);
 }
 
-TEST(Validity, BothInstructionSetsAgreeOnAllConfigurations) {
-  if (!has_avx2()) GTEST_SKIP() << "this processor has no AVX2";
-  test::RandomCell cell(3, LinkShapes::kExact, 1, 6);
-  const std::vector<Pose> X_WO(cell.geometry().obstacle_count(), Pose(Eigen::Translation3d(0.9, 0.3, 0.5)));
-  const Validity validity({cell.geometry()}, world_bodies(cell.geometry(), X_WO, std::vector<JointVector>(1)));
-  const std::vector<double> zero(validity.dimensions(), 0.0);
-  const Space space = space_of(validity, zero, zero);
+/// True where rounding decides whether q is free.
+bool is_borderline(const Validity& validity, const float* q) {
+  const Validity::Nearest tightest = validity.tightest(std::vector<double>(q, q + validity.dimensions()));
+  return std::abs(tightest.distance - tightest.required) < 1e-4;
+}
+
+TEST(Validity, AllKernelsAgreeUnlessRoundingDecides) {
+  Random scene(5);
+  const Validity validity({CellGeometry({test::puma()}, 0)}, test::random_boxes(10, scene));
+  const Space space = space_of(validity);
   Random random(4);
+  int free = 0;
   std::vector<float> eight(static_cast<std::size_t>(kWidth) * space.stride);
   for (int i = 0; i < 2000; ++i) {
     for (int lane = 0; lane < kWidth; ++lane) space.sample(random, eight.data() + lane * space.stride);
-    EXPECT_EQ(
-        baseline::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(),
-                                       space.stride),
-        avx2::kValidity.collisions(validity.robot(), validity.world(), validity.exact(), eight.data(), space.stride));
+    const unsigned narrowest = validity.collisions(*supported_kernels().front(), eight.data());
+    free += kWidth - __builtin_popcount(narrowest);
+    for (const ValidityKernel* kernel : supported_kernels()) {
+      const unsigned differing = validity.collisions(*kernel, eight.data()) ^ narrowest;
+      for (int lane = 0; lane < kWidth; ++lane) {
+        if ((differing >> lane & 1U) == 0) continue;
+        EXPECT_TRUE(is_borderline(validity, eight.data() + lane * space.stride)) << kernel->lanes << " lanes";
+      }
+    }
   }
+  EXPECT_GT(free, 1000);
 }
 
-TEST(Validity, EdgeIsFreeIfItsConfigurationsAre) {
+TEST(Validity, UnprovenEdgeIsFreeIfItsConfigurationsAre) {
   Random random(21);
   int free = 0;
   for (int scene = 0; scene < 10; ++scene) {
@@ -148,16 +157,17 @@ TEST(Validity, EdgeIsFreeIfItsConfigurationsAre) {
       space.sample(random, a.data());
       space.sample(random, b.data());
       space.interpolate(a.data(), b.data(), static_cast<float>(random.uniform()), b.data());
-      // The configurations that edge_free() checks, one by one.
+      // The configurations that an edge without proof checks, one by one.
       const double length = space.distance(a.data(), b.data());
-      const int count = kWidth * std::max(1, static_cast<int>(std::ceil(length / (validity.options().step * kWidth))));
+      const int lanes = fastest_validity().lanes;
+      const int count = lanes * std::max(1, static_cast<int>(std::ceil(length / (validity.options().step * lanes))));
       bool all = true;
       for (int k = 1; k <= count; ++k) {
         const float t = static_cast<float>(k) / static_cast<float>(count);
         for (int j = 0; j < space.stride; ++j) q[j] = a[j] * (1.0F - t) + b[j] * t;
         all = all && validity.state_free(q.data());
       }
-      EXPECT_EQ(validity.edge_free(a.data(), b.data()), all);
+      EXPECT_EQ(validity.edge_free(a.data(), b.data(), {.proven = false}), all);
       free += all ? 1 : 0;
     }
   }

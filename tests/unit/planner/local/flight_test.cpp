@@ -1,4 +1,4 @@
-// Speed limits of an arm during a retreat (docs/design/0001-braking.md, "Flight"), on the planar point.
+// Speed limits of an arm during a retreat (docs/explanation/0001-braking.md, "Flight"), on the planar point.
 #include <algorithm>
 #include <array>
 

@@ -131,6 +131,13 @@ TEST_F(SetpointLogTest, ReferenceFollowsStopProfileOnceOverdue) {
   EXPECT_EQ(log_.reference(7, 1.0).value().qd, joints({0, 0}));
 }
 
+TEST_F(SetpointLogTest, NegativeAgeLeadsBackToEarlierSetPoints) {
+  log_.sent(8, {joints({1.004, -0.002}), joints({0.4, -0.2})});
+  EXPECT_NEAR((log_.reference(8, -0.004).value().q - reference(0.006)).norm(), 0.0, 1e-12);
+  // Before the oldest one it goes on backwards at its velocity.
+  EXPECT_NEAR((log_.reference(8, -0.03).value().q - joints({0.988, 0.006})).norm(), 0.0, 1e-12);
+}
+
 TEST_F(SetpointLogTest, ReturnsNothingForUnknownOrOldNumbers) {
   EXPECT_FALSE(log_.reference(0, 0.0));
   EXPECT_FALSE(log_.reference(6, 0.0));

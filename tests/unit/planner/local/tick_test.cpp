@@ -23,6 +23,14 @@ TEST(Tick, ReachesAFreeGoalStraightAndFast) {
   EXPECT_LT(run.ticks, 500);
 }
 
+TEST(Tick, MovesAtTheShareOfSpeedThatTheDeviceExecutes) {
+  Journey run({}, built_in_method("local"));
+  run.input.speed_scaling = 0.2;
+  ASSERT_EQ(run.drive(joints({-1, 0}), joints({1, 0}), 5000), TickStatus::kReached);
+  EXPECT_GT(run.ticks, 2000) << "2 m at 0.1 m/s";
+  EXPECT_LT(run.ticks, 2500);
+}
+
 TEST(Tick, ContinuousJointTakesTheShorterDirection) {
   Arm arm = test::planar_point();
   arm.limits.upper[0] = std::numeric_limits<double>::infinity();

@@ -59,8 +59,8 @@ TEST(FixedLinks, KeepTheirPlacesWhenTheyAreMerged) {
                                [](const LinkGeometry& a, const LinkGeometry& b) { return a.link < b.link; }));
     EXPECT_EQ(merged.self_pairs.size(), whole->self_pairs.size());
     for (const auto& [a, b] : merged.self_pairs) {
-      EXPECT_GT(
-          std::abs(joints_before(merged, merged.geometry[a].link) - joints_before(merged, merged.geometry[b].link)), 1);
+      EXPECT_GT(std::abs(axes_before(merged, merged.geometry[a].link) - axes_before(merged, merged.geometry[b].link)),
+                1);
     }
   }
 }

@@ -115,6 +115,55 @@ TEST(Followers, AreHeldWhereTheFirstPositionPutsThem) {
   EXPECT_LE(outside(geometry_of(*model, "cylinder"), Eigen::Vector3d::Zero()), 0.0);
 }
 
+TEST(JointsWithRanges, EncloseAllPlacesOfTheirLinks) {
+  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>)";
+  const std::string gripper =
+      rod_link("finger") + rod_link("thumb") +
+      joint("grip", "prismatic", "b", "finger", R"(<origin xyz="0.4 0 0"/>)" + limit) +
+      joint("thumb", "prismatic", "b", "thumb",
+            R"(<origin xyz="0.4 0 0"/><axis xyz="0 1 0"/><mimic joint="grip" multiplier="-1"/>)");
+  UrdfOptions options;
+  options.tool_link = "b";
+  options.moving_joints["grip"] = {0.1, 0.3};
+  const auto model = load_text(robot(kArm + gripper), options);
+  EXPECT_EQ(model->joint_names, (std::vector<std::string>{"j1", "j2"}));
+  EXPECT_TRUE(has_note(*model, "follow its joints or move within their ranges"));
+  Kinematics kinematics;
+  forward_kinematics(*model, Pose::Identity(), JointVector::Zero(2), kinematics);
+  for (const auto& [name, side] : {std::pair("finger", 1.0), std::pair("thumb", -1.0)}) {
+    const LinkGeometry& swept = geometry_of(*model, name);
+    const Pose X_LW = kinematics.X_WL[swept.link].inverse();
+    const auto outside_at = [&](double y) { return outside(swept, X_LW * Eigen::Vector3d(1.0, side * y, 0.0)); };
+    EXPECT_LE(outside_at(0.09), 0.0);
+    EXPECT_LE(outside_at(0.31), 0.0);
+    EXPECT_GT(outside_at(0.08), 0.0);
+    EXPECT_GT(outside_at(0.32), 0.0);
+  }
+}
+
+TEST(JointsWithRanges, MustBeFreeToMoveThere) {
+  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>)";
+  const std::string arm = robot(kArm + rod_link("finger") + joint("grip", "prismatic", "b", "finger", limit));
+  const auto error = [&](const std::string& name, const MotionRange& range, const std::string& base = "") {
+    UrdfOptions options;
+    options.base_link = base;
+    options.tool_link = "b";
+    options.names.held_joints = "arms[0].joints";
+    options.moving_joints[name] = range;
+    return test::error_of(arm, options);
+  };
+  EXPECT_EQ(error("grip", {-1.0, 1.0}), "");
+  EXPECT_NE(error("grip", {0.0, 1.5})
+                .find("r.urdf: arms[0].joints: joint 'grip' = [0, 1.5] must be within its limits, "
+                      "-1 to 1"),
+            std::string::npos);
+  EXPECT_NE(error("grip", {0.5, 0.1}).find("must give the lower position first"), std::string::npos);
+  EXPECT_NE(error("j1", {0.0, 0.1}).find("it moves the tool"), std::string::npos);
+  EXPECT_NE(error("j1", {0.0, 0.1}, "a").find("joint 'j1' carries the arm and must have one position"),
+            std::string::npos);
+  EXPECT_NE(error("grap", {0.0, 0.1}).find("the robot has no such joint"), std::string::npos);
+}
+
 TEST(Followers, AreRefusedFarAway) {
   EXPECT_NE(test::error_of(robot(kArm + rod_link("rod") +
                                  joint("jr", "prismatic", "base", "rod", R"(<mimic joint="j1" multiplier="1e6"/>)")))

@@ -313,5 +313,13 @@ TEST(ContinuousAndPrismatic, AreSolvedToo) {
   EXPECT_NEAR(std::sin((*q)[0]), -0.8, 1e-3);
 }
 
+// Three hinges about parallel axes move the tool in a plane; those of a PUMA in a volume.
+TEST(ToolSurface, IsFoundFromTheJoints) {
+  const std::string folder = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/";
+  EXPECT_TRUE(tool_stays_on_surface(place(folder + "planar_2r.urdf")));
+  EXPECT_TRUE(tool_stays_on_surface(place(folder + "planar_3r.urdf")));
+  EXPECT_FALSE(tool_stays_on_surface(place(test::kPuma)));
+}
+
 }  // namespace
 }  // namespace hecaton::planner

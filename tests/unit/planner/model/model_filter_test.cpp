@@ -2,11 +2,14 @@
 
 #include "planner/collision/model_filter.hpp"
 
+#include <cmath>
+#include <numbers>
 #include <set>
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/model/collision_filter.hpp"
 #include "planner/model/kinematics.hpp"
+#include "planner/model/rate_bounds.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
 namespace hecaton::planner {
@@ -87,8 +90,23 @@ TEST(ModelFilter, DropsPairsThatAlwaysTouch) {
   const auto path = folder.write("r.urdf", planar(R"(<geometry><sphere radius="3"/></geometry>)", test::kLimit));
   EXPECT_EQ(load_urdf(path)->self_pairs.size(), 3U);  // base–b, base–c, a–c
   const auto model = load_arm_model(path);
-  EXPECT_TRUE(test::has_note(*model, "touch in nearly every posture: "));
+  EXPECT_TRUE(test::has_note(*model, "touch in nearly every posture, or are nearer than 5 mm: "));
   for (const auto& pair : names(*model)) EXPECT_NE(pair.second, "c");
+}
+
+// A hull around the fork of a wrist encloses the flange in it. Their distance tells nothing, and it would block the
+// arm.
+TEST(ModelFilter, DropsPairsThatNoPosturePartsVisibly) {
+  const auto kept = [](const std::string& gap) {
+    const test::TemporaryFolder folder;
+    const std::string limit = R"(<axis xyz="0 0 1"/><limit lower="-3.1" upper="3.1" effort="1" velocity="1"/>)";
+    const auto path = folder.write(
+        "r.urdf", test::robot(ball_link("base", "0.01 0 0") + ball_link("a") + ball_link("b", gap + " 0 0") +
+                              joint("j1", "revolute", "base", "a", limit) + joint("j2", "revolute", "a", "b", limit)));
+    return load_arm_model(path)->self_pairs.size();
+  };
+  EXPECT_EQ(kept("0.094"), 0U) << "from 16 mm of overlap to 4 mm apart";
+  EXPECT_EQ(kept("0.098"), 1U) << "from 12 mm of overlap to 8 mm apart";
 }
 
 TEST(ModelFilter, KeepsPairsThatSometimesTouch) {
@@ -141,6 +159,47 @@ TEST(ClosePairs, ListsNoPairOfThePuma) {
   EXPECT_TRUE(load_arm_model(test::kPuma)->close_pairs.empty());
 }
 
+/// base –lift– upper –elbow– fore, with balls at the axis of `lift` and, 0.3 m behind the elbow, at the end of fore,
+/// which is `aside` [m] of the plane of upper. Folded by 2 acos(1/6) = 161° or more, the balls overlap.
+std::shared_ptr<const RobotModel> load_folding(const std::string& elbow_type, const std::string& aside,
+                                               const std::string& elbow_limit) {
+  const test::TemporaryFolder folder;
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  const std::string turns = R"(<limit lower="-6.28" upper="6.28" effort="1" velocity="1"/>)";
+  return load_arm_model(
+      folder.write("r.urdf",
+                   test::robot(ball_link("base") + "<link name=\"upper\"/>" + ball_link("fore", "0.3 0 " + aside) +
+                               joint("lift", "revolute", "base", "upper", R"(<axis xyz="0 0 1"/>)" + turns) +
+                               joint("elbow", elbow_type, "upper", "fore",
+                                     R"(<origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>)" + elbow_limit))),
+      options);
+}
+
+TEST(BlockedTurns, EndAJointWhereLinksOverlapInEveryPosture) {
+  constexpr double kBlocked = 165.0 * std::numbers::pi / 180.0;  // the first of the positions in steps of 15°
+  const auto two_turns =
+      load_folding("revolute", "0", R"(<limit lower="-6.28" upper="6.28" effort="1" velocity="1"/>)");
+  EXPECT_NEAR(two_turns->limits.lower[1], -kBlocked, 1e-9);
+  EXPECT_NEAR(two_turns->limits.upper[1], kBlocked, 1e-9);
+  EXPECT_EQ(two_turns->limits.upper[0], 6.28) << "nothing blocks it";
+  EXPECT_TRUE(test::has_note(*two_turns, "no motion passes there: elbow -165° to 165°"));
+  const auto endless = load_folding("continuous", "0", R"(<limit effort="1" velocity="1"/>)");
+  EXPECT_NEAR(endless->limits.lower[1], -kBlocked, 1e-9);
+  EXPECT_NEAR(endless->limits.upper[1], kBlocked, 1e-9);
+}
+
+TEST(BlockedTurns, KeepJointsThatCanTurnOn) {
+  const auto aside = load_folding("revolute", "0.2", R"(<limit lower="-6.28" upper="6.28" effort="1" velocity="1"/>)");
+  EXPECT_EQ(aside->limits.lower[1], -6.28);
+  EXPECT_EQ(aside->limits.upper[1], 6.28);
+  const auto endless = load_folding("continuous", "0.2", R"(<limit effort="1" velocity="1"/>)");
+  EXPECT_TRUE(std::isinf(endless->limits.upper[1]));
+  // One turn has no other turn.
+  const auto one_turn = load_folding("revolute", "0", R"(<limit lower="-3.1" upper="3.1" effort="1" velocity="1"/>)");
+  EXPECT_EQ(one_turn->limits.upper[1], 3.1);
+}
+
 TEST(SeparationProof, BoundsTheLargestDistance) {
   const auto model = load_wrist("0 1 0", 2.0);
   const auto [a, c] = model->self_pairs.at(0);
@@ -165,31 +224,79 @@ TEST(SeparationProof, IsTightOnAPlanarArm) {
   EXPECT_FALSE(proven_apart(*model, base, b, distance, 0.97, 2));  // too few evaluations to tell
 }
 
-TEST(SeparationProof, IsNeverRefutedByRandomSearch) {
-  // Arms with random geometry, skew axes and a prismatic joint: a proof must hold in every random configuration.
-  std::mt19937_64 random(12);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  const auto triple = [&](double scale) {
-    return std::to_string(scale * uniform(random)) + " " + std::to_string(scale * uniform(random)) + " " +
-           std::to_string(scale * uniform(random));
-  };
-  int proven = 0;
-  int refuted = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    std::string urdf;
+/// Arms with random geometry, skew axes and prismatic joints. Every third one has a follower.
+class RandomArms {
+ public:
+  std::shared_ptr<const RobotModel> next() {
     const char* kShapes[] = {R"(<sphere radius="0.06"/>)", R"(<box size="0.1 0.2 0.15"/>)",
                              R"(<cylinder radius="0.05" length="0.3"/>)"};
     const char* kTypes[] = {"revolute", "prismatic", "continuous", "revolute"};
+    const bool follows = drawn_++ % 3 == 0;
+    std::string urdf;
     for (int i = 0; i < 5; ++i) {
       const std::string name = "l" + std::to_string(i);
       urdf += "<link name=\"" + name + "\"><collision><origin xyz=\"" + triple(0.2) + "\" rpy=\"" + triple(2.0) +
-              "\"/><geometry>" + kShapes[random() % 3] + "</geometry></collision></link>";
+              "\"/><geometry>" + kShapes[random_() % 3] + "</geometry></collision></link>";
       if (i == 0) continue;
-      urdf += joint("j" + std::to_string(i), kTypes[random() % 4], "l" + std::to_string(i - 1), name,
+      urdf += joint("j" + std::to_string(i), kTypes[random_() % 4], "l" + std::to_string(i - 1), name,
                     "<origin xyz=\"" + triple(0.5) + "\" rpy=\"" + triple(2.0) + "\"/><axis xyz=\"" + triple(1.0) +
-                        R"("/><limit lower="-0.5" upper="0.4" effort="1" velocity="1"/>)");
+                        R"("/><limit lower="-0.5" upper="0.4" effort="1" velocity="1"/>)" +
+                        (i == 3 && follows ? R"(<mimic joint="j1" multiplier="-1.5"/>)" : ""));
     }
-    const auto model = test::load_text(test::robot(urdf));
+    return test::load_text(test::robot(urdf));
+  }
+  std::mt19937_64& random() { return random_; }
+
+ private:
+  std::string triple(double scale) {
+    const auto number = [&] { return std::to_string(scale * uniform_(random_)); };
+    const std::string x = number();
+    const std::string y = number();
+    return x + " " + y + " " + number();
+  }
+
+  std::mt19937_64 random_{12};
+  std::uniform_real_distribution<double> uniform_{-1.0, 1.0};
+  int drawn_ = 0;
+};
+
+TEST(RateBounds, AreNeverExceeded) {
+  RandomArms arms;
+  int followers = 0;
+  double tightest = 0.0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const auto model = arms.next();
+    followers += model->has_followers ? 1 : 0;
+    for (const auto& pair : model->self_pairs) {
+      const auto part = [&](int i) {
+        const LinkGeometry& geometry = model->geometry[i];
+        return link_part(geometry.link, geometry.shape, geometry.X_LS);
+      };
+      const RateBounds bounds(*model, part(pair.first), part(pair.second));
+      EXPECT_EQ(RateBounds(*model, part(pair.second), part(pair.first)).rates(), bounds.rates());
+      for (int i = 0; i < 100; ++i) {
+        const JointVector from = test::random_joints(model->limits, arms.random());
+        JointVector to = test::random_joints(model->limits, arms.random());
+        if (i % 2 == 0) to = from + 0.01 * (to - from);
+        const double change = std::abs(pair_distance(*model, pair, to) - pair_distance(*model, pair, from));
+        const double bound = bounds.rates().dot((to - from).cwiseAbs());
+        ASSERT_LE(change, bound + 3e-6) << "from " << from.transpose() << " to " << to.transpose();
+        if (bound > 1e-3) tightest = std::max(tightest, change / bound);
+      }
+    }
+  }
+  EXPECT_GE(followers, 20);
+  EXPECT_GT(tightest, 0.8);
+}
+
+TEST(SeparationProof, IsNeverRefutedByRandomSearch) {
+  RandomArms arms;
+  int proven = 0;
+  int refuted = 0;
+  int followers = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const auto model = arms.next();
+    followers += model->has_followers ? 1 : 0;
     for (const auto& pair : model->self_pairs) {
       if (!proven_apart(*model, pair.first, pair.second, distance, 0.02, 500)) {
         ++refuted;
@@ -197,12 +304,13 @@ TEST(SeparationProof, IsNeverRefutedByRandomSearch) {
       }
       ++proven;
       for (int i = 0; i < 300; ++i) {
-        ASSERT_GT(pair_distance(*model, pair, test::random_joints(model->limits, random)), 0.02);
+        ASSERT_GT(pair_distance(*model, pair, test::random_joints(model->limits, arms.random())), 0.02);
       }
     }
   }
   EXPECT_GT(proven, 20);
   EXPECT_GT(refuted, 20);
+  EXPECT_GE(followers, 20);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ struct Drawn {
       ball.X_WL = kinematics.X_WL[link].data();
       for (double& c : ball.centre_L) c = 0.3 * unit(random);
       ball.radius = 0.1 * (1.0 + unit(random));
-      ball.joints = joints_before(model, link);
+      ball.axes = axes_before(model, link);
     }
   }
 
@@ -65,7 +65,7 @@ TEST_P(SpeedBound, HoldsForAllPointsOfABall) {
       point_jacobian(*model_, drawn.kinematics, static_cast<int>(i), p_W, J);
       const double speed = (J * qd).norm();
       ASSERT_LE(speed, ball.fastest + 1e-12) << "trial " << trial << ", link " << i;
-      if (ball.joints > 0) tightest = std::max(tightest, speed / ball.fastest);
+      if (ball.axes > 0) tightest = std::max(tightest, speed / ball.fastest);
     }
   }
   EXPECT_GT(tightest, 0.95);  // the bound is nearly reached

@@ -73,9 +73,11 @@ struct CaseName {
 
 inline testing::AssertionResult has_note(const planner::RobotModel& model, const std::string& part) {
   std::string all;
-  for (const std::string& note : model.notes) {
-    if (note.find(part) != std::string::npos) return testing::AssertionSuccess();
-    all += "\n  " + note;
+  for (const auto* notes : {&model.notes, &model.details}) {
+    for (const std::string& note : *notes) {
+      if (note.find(part) != std::string::npos) return testing::AssertionSuccess();
+      all += "\n  " + note;
+    }
   }
   return testing::AssertionFailure() << "no note contains '" << part << "'; there are:" << all;
 }

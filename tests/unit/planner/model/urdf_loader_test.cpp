@@ -108,7 +108,7 @@ TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
   const auto model = load_text(urdf, options);
   EXPECT_TRUE(model->limits.velocity.isApproxToConstant(0.8));
   EXPECT_TRUE(model->limits.acceleration.isApproxToConstant(3.0));
-  EXPECT_TRUE(has_note(*model, "joint 'zero' has no velocity limit"));
+  EXPECT_TRUE(has_note(*model, "joints 'missing', 'zero' have no velocity limit; the default 0.8 is used"));
 }
 
 TEST(UrdfLoader, AssumesAccelerationsFromVelocities) {
@@ -230,6 +230,17 @@ TEST(UrdfLoader, IgnoresXacroTextWhereNothingDependsOnIt) {
   EXPECT_TRUE(has_note(*model, "have xacro text that is not expanded"));
 }
 
+TEST(UrdfLoader, TakesVisualShapesWhereNoLinkHasCollisionShapes) {
+  const std::string seen = R"(<visual><geometry><box size="0.2 0.1 0.1"/></geometry><material name="grey"/></visual>)";
+  const std::string moved = joint("j", "revolute", "base", "a", kLimit);
+  const auto model = load_text(robot(R"(<link name="base"/><link name="a">)" + seen + "</link>" + moved));
+  ASSERT_EQ(model->geometry.size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<world::Box>(model->geometry[0].shape));
+  EXPECT_TRUE(has_note(*model, "no link has collision geometry: the visual geometry of all links stands for it"));
+  const auto mixed = load_text(robot(R"(<link name="base">)" + seen + "</link>" + ball_link("a") + moved));
+  EXPECT_EQ(mixed->geometry.size(), 1U) << "collision shapes of any link rule out visual shapes";
+}
+
 /// Puts a program `xacro` on the PATH for the time of a test.
 class Xacro : public testing::Test {
  protected:
@@ -268,14 +279,23 @@ TEST_F(Xacro, ExpandsFilesAndTheSnapshotKeepsTheResult) {
   EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
 }
 
-TEST_F(Xacro, FailsWithTheLastLineOfTheProgram) {
-  install("echo first >&2\necho undefined argument side >&2\nexit 2\n");
+TEST_F(Xacro, FailsWithTheErrorLineOfTheProgramElseItsLastLine) {
   UrdfOptions options;
   options.names.xacro_arguments = "--xacro NAME=VALUE";
+  install("echo first >&2\necho error: no file arm.xacro >&2\necho when processing file: r.urdf >&2\nexit 2\n");
+  EXPECT_NE(test::error_of(source_, options).find("cannot expand this file: 'no file arm.xacro'"), std::string::npos);
+  install("echo first >&2\necho undefined argument side >&2\nexit 2\n");
   const std::string message = test::error_of(source_, options);
   EXPECT_NE(message.find("r.urdf: xacro cannot expand this file: 'undefined argument side'; --xacro NAME=VALUE gives"),
             std::string::npos)
       << message;
+}
+
+// xacro prints where it was after its error.
+TEST_F(Xacro, FailsWithTheErrorAndNotWithItsPlace) {
+  install("echo 'error: unknown macro name: arm' >&2\necho 'when processing file: r.xacro' >&2\nexit 2\n");
+  const std::string message = test::error_of(source_);
+  EXPECT_NE(message.find("xacro cannot expand this file: 'unknown macro name: arm'"), std::string::npos) << message;
 }
 
 TEST_F(Xacro, LeavesNoXacroText) {

@@ -144,6 +144,24 @@ TEST(TaskGenerator, LinksThatNoPosturePartsDoNotPreventTasks) {
   EXPECT_EQ(why_no_task(cell, 1), std::nullopt);
 }
 
+// The point slides in the plane z = 0.01 m, which holds nearly no point of the area.
+TEST(TaskGenerator, DrawsPosturesOfAnArmWhoseToolStaysOnASurface) {
+  Cell cell = sequence_under_ball(0.01);
+  cell.scene.obstacles.clear();
+  cell.tasks.pose_sequence.clear();
+  cell.tasks.centre << 0.3, 0.2, 0.0;
+  cell.tasks.radius = 0.5;
+  cell.tasks.half_height = 0.1;
+  cell.arms[0].arm.X_WB.translation().z() = 0.01;
+  TaskGenerator generator(cell);
+  Random random(11);
+  for (int draw = 0; draw < 50; ++draw) {
+    const auto drawn = generator.draw_configuration(random);
+    ASSERT_TRUE(drawn) << generator.shortage();
+    EXPECT_LE(((*drawn)[0] - joints({0.3, 0.2})).norm(), 0.502);
+  }
+}
+
 // A goal a whole turn away: the joint turns the short way.
 TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
   Cell cell;

@@ -90,7 +90,7 @@ struct DistanceFrom {
 double distance_to_links(const RobotModel& model, const Kinematics& kinematics, const Eigen::Vector3d& p_B) {
   double least = 1e300;
   for (const LinkGeometry& geometry : model.geometry) {
-    if (joints_before(model, geometry.link) < model.joints() - 1) continue;
+    if (axes_before(model, geometry.link) < model.joints() - 1) continue;
     const Pose X_BS = kinematics.X_WL[geometry.link] * geometry.X_LS;
     least = std::min(least, std::visit(DistanceFrom{X_BS.inverse() * p_B}, geometry.shape));
   }
