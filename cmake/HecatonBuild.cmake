@@ -68,6 +68,27 @@ function(hecaton_lane_sources library)
   endif()
 endfunction()
 
+# hecaton_float_lane_sources(library a.cpp …): sources that compute in lanes of floats (planner/simd/float_lanes.hpp), added to
+# the library once for each width. They may fuse products and sums: results differ in the last bits between widths.
+function(hecaton_float_lane_sources library)
+  set(flags_lanes4 "")
+  set(flags_lanes8 "")
+  set(flags_lanes16 "")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    set(flags_lanes8 -mavx2 -mfma)
+    # GCC 12 warns of its own header (bug 105593).
+    set(flags_lanes16 -mavx2 -mfma -mavx512f -mavx512dq -mavx512bw -mavx512vl -Wno-maybe-uninitialized)
+  endif()
+  foreach(isa lanes4 lanes8 lanes16)
+    add_library(${library}_${isa} OBJECT ${ARGN})
+    target_include_directories(${library}_${isa} PRIVATE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${library}_${isa} PRIVATE hecaton_warnings)
+    target_compile_definitions(${library}_${isa} PRIVATE HECATON_ISA=${isa})
+    target_compile_options(${library}_${isa} PRIVATE -fno-math-errno -fno-trapping-math -ffp-contract=fast -Wno-psabi ${flags_${isa}})
+    target_sources(${library} PRIVATE $<TARGET_OBJECTS:${library}_${isa}>)
+  endforeach()
+endfunction()
+
 # hecaton_executable(name SOURCES … LIBS …)
 function(hecaton_executable name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
@@ -76,14 +97,15 @@ function(hecaton_executable name)
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS})
 endfunction()
 
-# hecaton_test(name [UNITY] [THREADS] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite]): one GoogleTest executable,
+# hecaton_test(name [UNITY] [THREADS] [ALONE] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite]): one GoogleTest executable,
 # one CTest entry a case, but for those of the suite that is left out: they run when the executable is started by hand.
 # HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own,
 # which halves what compiling them takes.
+# ALONE: no other test runs beside its cases.
 # THREADS: it, or what it starts, has several threads; ThreadSanitizer runs these (target threaded_tests, label threads).
 add_custom_target(threaded_tests)
 function(hecaton_test name)
-  cmake_parse_arguments(ARG "UNITY;THREADS" "TIMEOUT;LABEL;LEFT_OUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY;THREADS;ALONE" "TIMEOUT;LABEL;LEFT_OUT" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
@@ -105,5 +127,10 @@ function(hecaton_test name)
   if(ARG_LEFT_OUT)
     set(filter TEST_FILTER "-${ARG_LEFT_OUT}.*")
   endif()
-  gtest_discover_tests(${name} ${filter} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABEL}")
+  set(alone)
+  if(ARG_ALONE)
+    set(alone RUN_SERIAL TRUE)
+  endif()
+  gtest_discover_tests(${name} ${filter} DISCOVERY_TIMEOUT 120
+                       PROPERTIES TIMEOUT ${ARG_TIMEOUT} ${alone} LABELS "${ARG_LABEL}")
 endfunction()

@@ -24,12 +24,18 @@ pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(CONSOLE_BRIDGE REQUIRED IMPORTED_TARGET console_bridge)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd) # recordings
+find_package(ZLIB REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 
 # The off-line stage of motion strategies is a program and a package of its own: hecaton-strategies.
 pkg_check_modules(NLOPT IMPORTED_TARGET nlopt_cxx)
 set(MPI_CXX_SKIP_MPICXX ON) # its C++ bindings are not used
 find_package(MPI COMPONENTS CXX)
-find_package(Boost CONFIG) # Boost.Math: headers only
+find_package(Boost CONFIG) # headers only: Boost.Math; Boost.Beast for hecaton-view
+if(NOT Boost_FOUND)
+  message(FATAL_ERROR "Boost's headers were not found; hecaton-view needs them: install libboost-dev")
+endif()
 if(NLOPT_FOUND AND MPI_CXX_FOUND AND Boost_FOUND)
   set(strategies_possible ON)
 else()
@@ -52,5 +58,11 @@ target_include_directories(hecaton_bullet SYSTEM INTERFACE ${BULLET_INCLUDE_DIRS
 add_library(hecaton_urdfdom INTERFACE)
 target_link_libraries(hecaton_urdfdom INTERFACE PkgConfig::URDFDOM PkgConfig::CONSOLE_BRIDGE PkgConfig::TINYXML2)
 
+add_library(hecaton_boost INTERFACE)
+target_link_libraries(hecaton_boost INTERFACE Boost::headers)
+
 add_library(hecaton_dds INTERFACE)
 target_link_libraries(hecaton_dds INTERFACE $<IF:$<EQUAL:${HECATON_FAST_DDS},3>,fastdds,fastrtps> fastcdr)
+
+add_library(hecaton_zstd INTERFACE)
+target_link_libraries(hecaton_zstd INTERFACE PkgConfig::ZSTD ZLIB::ZLIB)

@@ -2,23 +2,28 @@
 find_program(HECATON_FASTDDSGEN fastddsgen REQUIRED)
 add_custom_target(generated_messages) # all generated headers
 
-# hecaton_idl_library(library NAME…): the messages of NAME.idl in the calling folder. fastddsgen writes their C++ into the
+# hecaton_idl_library(library [ROS2] NAME…): the messages of NAME.idl in the calling folder, with ROS2 under the type names
+# of ROS 2. fastddsgen writes their C++ into the
 # build tree. Include "FOLDER/NAME.h" for the values, without DDS; FOLDER is the calling folder below the project's root.
 # Only services/bus includes "FOLDER/NAMEPubSubTypes.h", their serialisation.
 #
 # fastddsgen 4 writes "NAME.hpp", to which a "NAME.h" of ours leads: one name for both releases. It would put files into
 # folders named after the path, and describe each type a second time for peers that do not know it.
 function(hecaton_idl_library library)
+  cmake_parse_arguments(ARG "ROS2" "" "" ${ARGN})
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   set(generated ${CMAKE_CURRENT_BINARY_DIR}/idl/${folder})
   # Preprocessed files: by default in /tmp under fixed names, where two builds at the same time would mix them up.
   set(scratch ${CMAKE_CURRENT_BINARY_DIR}/preprocessed)
   file(MAKE_DIRECTORY ${generated} ${scratch})
   set(options -cs -replace)
+  if(ARG_ROS2)
+    list(APPEND options -typeros2)
+  endif()
   if(HECATON_FAST_DDS EQUAL 3)
     list(APPEND options -flat-output-dir -no-dependencies -no-typeobjectsupport)
   endif()
-  foreach(name ${ARGN})
+  foreach(name ${ARG_UNPARSED_ARGUMENTS})
     list(APPEND files ${CMAKE_CURRENT_SOURCE_DIR}/${name}.idl)
     list(APPEND sources ${generated}/${name}PubSubTypes.cxx)
     if(HECATON_FAST_DDS EQUAL 3)

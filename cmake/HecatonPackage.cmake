@@ -1,16 +1,18 @@
 # What a package installs, and the Debian package itself (`./run package`).
 include(GNUInstallDirs)
 
-install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor
+install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor hecaton-view
+                hecaton-ros2
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY examples/client DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhecaton-dev/examples COMPONENT client)
 install(DIRECTORY deploy/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
+install(DIRECTORY deploy/ros2 DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
 # As they are here, for they refer to each other; `doc_links` looks that they refer to nothing else.
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton PATTERN "*.py" EXCLUDE)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton PATTERN "*.py" EXCLUDE PATTERN "docs/api" EXCLUDE)
 install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton)
 
 # Each program of several commands writes its own man page and completion. COMPONENT: the package, if not the main one.
@@ -31,6 +33,11 @@ if(HECATON_STRATEGIES)
   install(TARGETS hecaton-strategies RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT strategies)
   install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/hecaton-strategies COMPONENT strategies)
   hecaton_install_shell_files(hecaton-strategies COMPONENT strategies)
+endif()
+# The Python package installs itself: services/python.
+if(HECATON_PYTHON_PACKAGE)
+  install(DIRECTORY examples/python DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-hecaton/examples COMPONENT python)
+  install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-hecaton COMPONENT python)
 endif()
 
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON) # a package does not wait for the tests to be built
@@ -56,6 +63,11 @@ set(CPACK_COMPONENT_STRATEGIES_DESCRIPTION "Motion strategies of robot arms that
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_NAME hecaton-strategies)
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_DEPENDS "openmpi-bin, gnuplot-nox | gnuplot")
 set(CPACK_DEBIAN_STRATEGIES_PACKAGE_SUGGESTS hecaton)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python package of Hecaton: drive a running cell, and plan without one")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hecaton)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+get_property(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS GLOBAL PROPERTY HECATON_PYTHON_DEPENDS)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS hecaton)
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION "C++ client library of Hecaton: headers, shared library, CMake package, pkg-config file")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libhecaton-dev)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libdevel)

@@ -44,29 +44,35 @@ ALLOWED = {
     "planner/simulation": ["planner", "planner/arm_planner", "planner/methods", "planner/methods/strategy", "planner/rollout", "planner/route", "planner/local", "planner/collision", "planner/model",
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl"],
+    "services/security": ["services/bus"],
     "services/messages": ["idl", "planner/model", "world/model"],
     "services/config": ["planner", "planner/methods", "planner/methods/strategy", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model"],
     "services/arm_driver/devices": ["planner/model", "planner/trajectory", "planner/simulation", "services/runtime"],
-    "services/runtime": ["idl", "services/bus", "services/config", "planner/model"],
+    "services/runtime": ["idl", "services/bus", "services/config", "services/security", "planner/model"],
     "services/command_line": ["services/config", "services/runtime", "world/model"],
     "services/strategies": ["services/command_line", "services/config", "planner", "planner/model", "planner/strategy_search"],
 }
 # What every service may include, and what each needs beside it.
-SERVICE = ["idl", "services/bus", "services/config", "services/runtime"]
+SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "services/security"]
 BESIDE = {
     "agent": ["planner/model", "services/arm_driver", "services/arm_driver/devices"],
     "supervisor": ["services/messages", "planner/trajectory"],
     "arm_driver": ["services/messages", "services/arm_driver/devices", "planner/model", "planner/trajectory"],
+    "view": ["services/messages", "planner", "planner/local", "planner/model", "world/model"],
+    "ros2": ["services/client", "services/messages", "planner", "planner/model", "world/model"],
+    "recorder": [],
+    "replay": ["services/recorder", "services/view", "services/messages"],
     "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
     "planner": ["services/messages", "planner", "planner/arm_planner", "planner/collision", "planner/local", "planner/methods",
                 "planner/model", "planner/rollout", "planner/route", "world/model"],
-    "cli": ["services/client", "services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
+    "python": ["services/client", "planner", "planner/global", "planner/model", "planner/simulation", "planner/trajectory", "world/model"],
+    "cli": ["services/client", "services/recorder", "services/replay", "services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
             "planner/methods/potential_field", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
 }
 for service, rooms in BESIDE.items():
     ALLOWED[f"services/{service}"] = SERVICE + rooms
-ALLOWED["services/client"] = [*SERVICE, "world/model"]
+ALLOWED["services/client"] = [*SERVICE, "services/messages", "planner/model", "world/model"]
 
 # These may include every folder of the project.
 FREE = ["tests", "examples"]
@@ -80,12 +86,16 @@ ONLY_IN = {
     r"^libqhull": ["planner/model/convex_hull"],
     r"^nlopt": ["planner/strategy_search/search"],
     r"^mpi\.h$": ["services/strategies/search_execution"],
-    r"^boost/": ["planner/strategy_search/evaluate"],
+    r"^boost/": ["planner/strategy_search/evaluate", "services/view/web_server", "tests/unit/services/view/"],
+    r"^(zlib|zstd)\.h$": ["services/recorder/mcap_", "tests/unit/services/recorder/"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
-    r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/"],
+    r"^dds/": ["tests/cell/interop/"],
+    r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/", "tests/cell/ros2/"],
     r"^(spdlog|CLI)/": ["services/", "tests/unit/services/"],
+    r"^openssl/": ["services/security/"],
     r"^nlohmann/": ["services/", "tests/"],
+    r"^(pybind11/|Python\.h)": ["services/python/"],
 }
 
 # Pure parts: standard library, the generated values of idl/ and themselves only.
@@ -93,7 +103,8 @@ PURE = ["services/runtime/cause", "services/runtime/orders", "services/runtime/s
         "services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode",
         "services/supervisor/failover/leadership", "services/supervisor/failover/planner_failover",
         "services/supervisor/replication/unreplicated",
-        "services/runtime/arm_lease", "services/runtime/latest_faults", "services/runtime/node_name", "services/runtime/progress_watchdog"]
+        "services/runtime/arm_lease", "services/runtime/latest_faults", "services/runtime/node_name", "services/runtime/progress_watchdog",
+        "services/runtime/standstill"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

@@ -22,7 +22,7 @@ import sys
 import tokenize
 
 LONGEST, LONG, SHARE = 40, 25, 0.05
-SKIPPED = {"build", ".git", "third_party"}
+SKIPPED = {"build", ".git", "third_party", "node_modules"}
 DOCUMENTS, C_FAMILY = {".md"}, {".cpp", ".hpp", ".idl", ".h"}
 # Comments in these begin with "#".
 HASH_FAMILY, HASH_NAMES = {".cmake", ".yaml", ".sh", ".service", ".conf"}, {"CMakeLists.txt", "Containerfile", "run", "hook"}

@@ -113,7 +113,7 @@ def key_text(key):
 
 def delivery(qos):
     words = ["reliable" if qos.get("reliable") == "true" else "best effort"]
-    words += ["kept for late readers"] * ("transient_local" in qos) + ["one writer at a time"] * ("exclusive" in qos)
+    words += ["kept for late readers"] * ("transient_local" in qos)
     words += [f"{name} {qos[name]}" for name in ("deadline", "lease") if name in qos]
     return ", ".join(words)
 
@@ -193,9 +193,9 @@ def fault_findings(root, page):
 
 def index_part(root):
     """A line for each design note, with its heading."""
-    notes = sorted((root / "docs/design").glob("*.md"))
+    notes = sorted((root / "docs/explanation").glob("0*.md"))
     headings = [(note.name, note.read_text().split("\n", 1)[0].lstrip("# ")) for note in notes]
-    return {"design": "".join(f"- [{heading}](design/{name})\n" for name, heading in headings)}
+    return {"design": "".join(f"- [{heading}](explanation/{name})\n" for name, heading in headings)}
 
 
 def index_findings(root):
@@ -222,6 +222,7 @@ PLACES = {
     "supervision": ("root", "supervision: {KEYS}"),
     "supervision.recovery": ("root", "supervision: {recovery: {KEYS}}"),
     "timing": ("root", "timing: {KEYS}"),
+    "ros2": ("root", "ros2: {KEYS}"),
     "tasks": ("root", "tasks: {KEYS}"),
     "tasks.clutter": ("root", "tasks: {centre: [0, 0, 0], clutter: {KEYS}}"),
     "arms[]": ("arm", "KEYS"),
@@ -371,7 +372,7 @@ def command_findings(root, binaries):
                 yield f"{page.relative_to(root)}: there is no command `{program} {command}`"
                 continue
             allowed = allowed | options(program, "")
-            if len(words) > 1 and command == "obstacle" and words[1].islower():
+            if len(words) > 1 and command in ("bag", "obstacle") and words[1].islower():
                 allowed |= options_below(binaries, program, command, words[1])
             for word in words:
                 if re.fullmatch(r"--[a-z][\w-]*", word) and word not in allowed:

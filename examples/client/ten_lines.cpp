@@ -3,8 +3,9 @@
 
 #include <hecaton/client.hpp>
 
-int main(int, char** argv) try {
+int main(int argc, char** argv) try {
   using namespace std::chrono_literals;
+  if (argc != 2) throw hecaton::InvalidArgument("usage: ten_lines CELL_FILE");
   const auto cell = hecaton::Cell::connect(argv[1]);
   cell.world().add("crate", hecaton::Box{0.2, 0.2, 0.2}, hecaton::Pose::xyz(1.5, 1.5, 0.1));
   const auto north = cell.arm("north").go_to("ready");

@@ -13,6 +13,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "services/runtime/cause.hpp"
 #include "tests/cell/motion/motion_cell.hpp"
 
 namespace hecaton::test {
@@ -139,6 +140,15 @@ TEST_F(SerialArmTest, FailureHoldsTheArmUntilItEnds) {
   EXPECT_EQ(arm()->cause().kind(), msg::CauseKind::CAUSE_DEVICE_FAILED);
   EXPECT_EQ(arm()->cause().subject(), "arm1");
   arm_on_a_line.fail({});
+  ASSERT_TRUE(await([this] { return arm()->mode() != msg::ArmMode::ARM_FAILED; }));
+  // The supervisor holds the arm for the fault until a person resumes it.
+  msg::ArmOrder hold;
+  hold.arm("arm1");
+  hold.mode(msg::Mode::MODE_HOLD);
+  hold.cause(services::make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "the arm failed"));
+  mode_.arms({hold});
+  ASSERT_TRUE(await([this] { return arm()->cause().kind() == msg::CauseKind::CAUSE_HELD_BY_FAULT; }));
+  mode_.arms({});
   ASSERT_TRUE(await([this] { return arm()->mode() == msg::ArmMode::ARM_RUNNING; }));
 }
 

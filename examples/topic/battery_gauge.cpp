@@ -23,7 +23,8 @@ int main(int argc, char** argv) {
     hecaton::services::ShutdownSignal shutdown;
     shutdown.wake(&mailbox);
     const auto file = hecaton::config::load_cell_file(argv[1]);
-    auto participant = hecaton::services::make_participant(file, {}, std::string("battery_gauge/") + argv[2]);
+    auto participant = hecaton::services::make_participant(file, {}, hecaton::services::Role::kOperator,
+                                                           std::string("battery_gauge/") + argv[2]);
     hecaton::bus::Writer<example::BatteryState> writer(participant);
     example::BatteryState state;
     state.arm(argv[2]);

@@ -38,7 +38,7 @@ class BatteryTopic : public testing::Test {
   bus::Participant join(const std::string& name, bus::Mailbox* mailbox) const {
     hecaton::services::ServiceOptions options;
     options.domain = domain_.number();
-    return hecaton::services::make_participant(file_, options, name, mailbox);
+    return hecaton::services::make_participant(file_, options, hecaton::services::Role::kOperator, name, mailbox);
   }
   bool has_event(bus::EventKind kind, const std::string& key) {
     for (const auto& event : mailbox_.take_events()) {

@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
     shutdown.wake(&mailbox);
     const double least = std::strtod(argv[2], nullptr);
     const auto file = hecaton::config::load_cell_file(argv[1]);
-    auto participant = hecaton::services::make_participant(file, {}, "battery_watch");
+    auto participant = hecaton::services::make_participant(file, {}, hecaton::services::Role::kViewer, "battery_watch");
     hecaton::bus::Reader<example::BatteryState> reader(participant, &mailbox);
     while (!shutdown.requested()) {
       print_losses(mailbox);

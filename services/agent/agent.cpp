@@ -99,7 +99,7 @@ Agent::Agent(const config::CellFile& file, const ServiceOptions& options, const 
     : period_(file.supervision.heartbeat_period),
       shutdown_(shutdown),
       folders_(run_folders(file, options, agent.clean)),
-      participant_(make_participant(file, options, participant_name(file, options.host), &mailbox_)),
+      participant_(make_participant(file, options, Role::kAgent, participant_name(file, options.host), &mailbox_)),
       events_(participant_),
       // Twenty rows a lease are enough for fault detection, and cost a cell with long leases little.
       reachability_(participant_, planned_hosts(file, options.host),

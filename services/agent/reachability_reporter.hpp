@@ -1,6 +1,6 @@
 #pragma once
 /// Measures which other hosts an agent hears, by their agents' rows, and sends that as the row of its own host
-/// (docs/design/0003-fault-detection.md).
+/// (docs/explanation/0003-fault-detection.md).
 
 #include <chrono>
 #include <map>

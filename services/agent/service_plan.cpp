@@ -12,7 +12,9 @@ namespace {
 
 constexpr const char* kSupervisor = "hecaton-supervisor";
 constexpr const char* kWorld = "hecaton-world";
+constexpr const char* kRos2 = "hecaton-ros2";
 constexpr const char* kPlanner = "hecaton-planner";
+constexpr const char* kView = "hecaton-view";
 
 /// "planner/arm1" → "planner-arm1"
 std::string process_name(std::string node) {
@@ -56,6 +58,8 @@ std::vector<PlannedService> plan_services(const config::CellFile& file, const st
       services.push_back({process_name(planner.node), planner.node, planner.host, kPlanner, arguments});
     }
   }
+  if (file.view) services.push_back({view_node(), view_node(), file.view->host, kView, {file.path}});
+  if (file.ros2) services.push_back({"ros2", ros2_node(), file.ros2->host, kRos2, {file.path}});
   const auto hosts = planned_hosts(file, host);
   std::erase_if(services, [&](const PlannedService& service) {
     return std::find(hosts.begin(), hosts.end(), service.host) == hosts.end();

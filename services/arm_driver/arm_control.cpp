@@ -7,11 +7,8 @@
 namespace hecaton::services {
 namespace {
 
-using device::DeviceMode;
 using msg::CauseKind;
 
-/// Delay before a failed device is configured again.
-constexpr std::chrono::seconds kRetry{1};
 /// After a longer stall the stop profile is over anyway.
 constexpr int kMostPeriodsAtOnce = 500;
 /// A joint that moves faster than this is not at rest [rad/s | m/s].
@@ -27,6 +24,11 @@ std::string far_text(const planner::JointVector& commanded, const planner::Joint
   return text;
 }
 
+CommandLimits command_limits(const ArmControlSetup& setup) {
+  const std::chrono::duration<double> timeout(setup.command_timeout);
+  return {setup.command_timeout, std::chrono::duration_cast<std::chrono::nanoseconds>(timeout)};
+}
+
 std::string milliseconds_text(const char* format, double seconds) {
   char text[96];
   std::snprintf(text, sizeof text, format, seconds * 1e3);
@@ -35,79 +37,28 @@ std::string milliseconds_text(const char* format, double seconds) {
 
 }  // namespace
 
-ArmControl::ArmControl(ArmControlSetup setup, device::ArmDevice& device)
-    : setup_(std::move(setup)),
-      device_(device),
-      gate_(static_cast<int>(setup_.limits.lower.size())),
-      interpolator_(setup_.limits, planner::JointVector::Zero(setup_.limits.lower.size()), setup_.command_timeout),
-      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup_.arm, "no cell mode received yet")) {}
-
-ArmControl::~ArmControl() {
-  device_.stop("the driver shuts down");
-  device_.deactivate();
-}
+ArmControl::ArmControl(const ArmControlSetup& setup, device::ArmDevice& device)
+    : setup_(setup),
+      session_({setup.arm, setup.limits.lower.size(), setup.command_timeout}, device, setup.latched),
+      gate_(static_cast<int>(setup.limits.lower.size()), command_limits(setup)),
+      interpolator_(setup.limits, planner::JointVector::Zero(setup.limits.lower.size()), setup.command_timeout),
+      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup.arm, "no cell mode received yet")) {}
 
 void ArmControl::read(Clock::time_point now) {
-  if (now_ == Clock::time_point()) accepted_at_ = retry_at_ = measured_at_ = now;
+  if (now_ == Clock::time_point()) accepted_at_ = now;
   const bool stalled = now - now_ > setup_.valid_for;
+  const bool was_active = session_.active();
   now_ = now;
-  if (!configured()) return;
-  state_ = device_.read(now);
-  if (state_.measured.q.size() > 0) measured_at_ = now - state_.age;
-  if (const auto reason = unusable_state()) return fail(*reason);
-  const bool ready = state_.mode == DeviceMode::kReady;
-  if (phase_ == Phase::kActive && !ready) release();
-  if (stalled) stop(state_.measured);  // the device has begun its own stop meanwhile
-  if (phase_ != Phase::kInactive || !ready) return;
-  if (const auto failure = device_.activate()) return fail(failure->text);
-  phase_ = Phase::kActive;
-  interpolator_.reset(state_.measured.q);
-  reference_at_ = now;
-}
-
-bool ArmControl::configured() {
-  if (phase_ != Phase::kUnconfigured) return true;
-  if (now_ < retry_at_) return false;
-  if (const auto failure = device_.configure()) {
-    fail(failure->text);
-    return false;
+  session_.read(now, !hold_);
+  if (was_active && !session_.active()) {
+    interpolator_.reset(interpolator_.reference().q);
+  } else if (!was_active && session_.active()) {
+    interpolator_.reset(measured().q);
+    written_ = interpolator_.reference();
+    reference_at_ = now;
+  } else if (session_.active() && stalled) {
+    stop(continues_from());  // the device has begun its own stop meanwhile
   }
-  phase_ = Phase::kInactive;
-  return true;
-}
-
-// Why the arm must not be moved on this state; empty when it may be.
-std::optional<std::string> ArmControl::unusable_state() const {
-  if (state_.mode == DeviceMode::kFailed) return state_.text;
-  const auto joints = setup_.limits.lower.size();
-  const auto& [q, qd] = state_.measured;
-  if (state_.mode != DeviceMode::kReady && q.size() == 0) return std::nullopt;
-  if (q.size() != joints || qd.size() != joints) {
-    return "the device measures " + std::to_string(q.size()) + " positions and " + std::to_string(qd.size()) +
-           " velocities, but the arm has " + std::to_string(joints) + " joints";
-  }
-  if (!q.allFinite() || !qd.allFinite()) return "the device measures a value that is not finite";
-  const std::chrono::duration<double> age = state_.age;
-  if (state_.mode != DeviceMode::kReady || age.count() <= setup_.command_timeout) return std::nullopt;
-  return milliseconds_text("the device's state is %.0f ms old", age.count()) +
-         milliseconds_text(" (limit %.0f ms, timing.command_timeout)", setup_.command_timeout);
-}
-
-void ArmControl::fail(const std::string& text) {
-  device_.stop(text);
-  release();
-  phase_ = Phase::kUnconfigured;
-  retry_at_ = now_ + kRetry;
-  state_.mode = DeviceMode::kFailed;
-  state_.text = text;
-  const auto joints = setup_.limits.lower.size();
-  if (state_.measured.q.size() != joints || state_.measured.qd.size() != joints) state_.measured = {};
-}
-
-void ArmControl::release() {
-  device_.deactivate();
-  phase_ = Phase::kInactive;
-  interpolator_.reset(interpolator_.reference().q);
 }
 
 void ArmControl::stop(const planner::JointState& from) {
@@ -116,28 +67,38 @@ void ArmControl::stop(const planner::JointState& from) {
   reference_at_ = now_;
 }
 
-void ArmControl::set_hold(std::optional<msg::Cause> hold) {
+void ArmControl::set_hold(std::optional<msg::Cause> hold, bool for_device) {
   hold_ = std::move(hold);
+  if (hold_ && for_device) session_.release();
   if (hold_) stop(continues_from());
 }
 
 // A device that lags behind continues from its last set-point, see ArmDevice::tracking_delay().
 const planner::JointState& ArmControl::continues_from() const {
-  return device_.tracking_delay() > 0.0 ? interpolator_.reference() : state_.measured;
+  return tracking_delay() > 0.0 ? interpolator_.reference() : measured();
+}
+
+// A set-point that a lagging device cannot have come near to. The interpolator compares with the last set-point only.
+bool ArmControl::is_far(const planner::TimedSetPoint& set_point) const {
+  const double late = setup_.command_timeout + set_point.period + tracking_delay();
+  return ((set_point.target.q - measured().q).cwiseAbs().array() > setup_.limits.velocity.array() * late).any();
 }
 
 // A command counts as accepted also while the arm is held, so that its planner knows that the driver receives it.
-Judgement ArmControl::command(const msg::ArmCommand& command) {
-  Judgement judgement = gate_.judge(command);
-  if (judgement.verdict == Verdict::kRepeated) return judgement;
+// Of a second writer nothing counts, not even as the reason why the arm stands.
+Judgement ArmControl::command(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) {
+  Judgement judgement = gate_.judge(command, origin);
+  if (judgement.verdict == Verdict::kRepeated || judgement.verdict == Verdict::kSecondWriter) return judgement;
   const auto& set_point = gate_.set_point();
-  const bool follows = !hold_ && phase_ == Phase::kActive;
+  const bool follows = !hold_ && session_.active();
   if (judgement.verdict == Verdict::kAccepted && follows) {
-    const bool near = interpolator_.command(set_point, continues_from());
-    reference_at_ = now_;
+    const bool far = is_far(set_point);
+    if (far) stop(continues_from());
+    const bool near = !far && interpolator_.command(set_point, continues_from());
+    if (!far) reference_at_ = now_;
     if (!near) {
       judgement = {Verdict::kTooFar, make_cause(CauseKind::CAUSE_COMMAND_TOO_FAR, command.node(),
-                                                far_text(set_point.target.q, state_.measured.q))};
+                                                far_text(set_point.target.q, measured().q))};
     }
   }
   refusal_.reset();
@@ -151,9 +112,12 @@ Judgement ArmControl::command(const msg::ArmCommand& command) {
 }
 
 void ArmControl::write() {
-  if (phase_ == Phase::kActive) {
+  if (session_.active()) {
+    const double dt = std::chrono::duration<double>(now_ + setup_.period - reference_at_).count();
     interpolate();
-    if (const auto failure = device_.write(interpolator_.reference(), setup_.valid_for)) fail(failure->text);
+    approach(interpolator_.reference(), std::max(dt, std::chrono::duration<double>(setup_.period).count()));
+    session_.write(written_, setup_.valid_for);
+    if (!session_.active()) interpolator_.reset(interpolator_.reference().q);
   }
   ran_ = ran_ || interpolator_.mode() == planner::DriveMode::kTracking;
 }
@@ -169,31 +133,33 @@ void ArmControl::interpolate() {
   }
 }
 
+// A planner that has lost track of a lagging device begins again at the measured position. Its set-point then jumps
+// back by the lag, and the device must not.
+void ArmControl::approach(const planner::JointState& reference, double dt) {
+  constexpr double kCatchUp = 1.5;  // times the velocity limits
+  if (tracking_delay() > 0.0) {
+    const planner::JointVector step = setup_.limits.velocity * (kCatchUp * dt);
+    written_.q += (reference.q - written_.q).cwiseMax(-step).cwiseMin(step);
+    written_.qd = reference.qd;
+  } else {
+    written_ = reference;
+  }
+}
+
 msg::ArmMode ArmControl::mode() const {
-  if (state_.mode == DeviceMode::kFailed) return msg::ArmMode::ARM_FAILED;
+  if (session_.failed()) return msg::ArmMode::ARM_FAILED;
   if (interpolator_.mode() == planner::DriveMode::kTracking) return msg::ArmMode::ARM_RUNNING;
   if (interpolator_.mode() == planner::DriveMode::kStopping) return msg::ArmMode::ARM_BRAKING;
-  const auto& qd = state_.measured.qd;
+  const auto& qd = measured().qd;
   // A device may lag behind the end of the stop profile: the arm has stopped when its measured joints have.
-  if ((ran_ || phase_ != Phase::kActive) && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving)
+  if ((ran_ || !session_.active()) && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving)
     return msg::ArmMode::ARM_BRAKING;
   return ran_ ? msg::ArmMode::ARM_STOPPED : msg::ArmMode::ARM_STARTING;
 }
 
 msg::Cause ArmControl::cause() const {
   if (mode() == msg::ArmMode::ARM_RUNNING) return {};
-  switch (state_.mode) {
-    case DeviceMode::kFailed:
-      return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, state_.text);
-    case DeviceMode::kEmergencyStop:
-      return make_cause(CauseKind::CAUSE_EMERGENCY_STOP, setup_.arm, state_.text);
-    case DeviceMode::kProtectiveStop:
-      return make_cause(CauseKind::CAUSE_PROTECTIVE_STOP, setup_.arm, state_.text);
-    case DeviceMode::kNotReady:
-      return make_cause(CauseKind::CAUSE_DEVICE_NOT_READY, setup_.arm, state_.text);
-    case DeviceMode::kReady:
-      break;
-  }
+  if (msg::Cause why = session_.cause(); !is_none(why)) return why;
   if (hold_) return *hold_;
   if (refusal_) return *refusal_;
   if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command received yet");

@@ -5,9 +5,11 @@
 
 #include "services/arm_driver/device_choice.hpp"
 #include "services/messages/convert.hpp"
+#include "services/messages/names.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/runtime/orders.hpp"
 #include "services/runtime/run_service.hpp"
 
 namespace hecaton::services {
@@ -15,12 +17,42 @@ namespace {
 
 /// The driver sends a set-point in each of its periods. It is valid for a control period, as a planner's is, plus a
 /// driver period.
-ArmControlSetup control_setup(const config::CellFile& file, int arm) {
+ArmControlSetup control_setup(const config::CellFile& file, int arm, const device::ArmDevice& device, bool restarted) {
   const planner::Timing& timing = file.cell.timing;
   const planner::Arm& planned = file.cell.arms[arm].arm;
-  return {planned.name, planned.limits, timing.command_timeout, nanoseconds(timing.driver_period),
-          nanoseconds(timing.control_period + timing.driver_period)};
+  ArmControlSetup setup{planned.name,
+                        planned.limits,
+                        timing.command_timeout,
+                        nanoseconds(timing.driver_period),
+                        nanoseconds(timing.control_period + timing.driver_period),
+                        {}};
+  if (restarted && !device.continues_after_restart()) {
+    setup.latched = make_cause(msg::CauseKind::CAUSE_PROGRAM_STOPPED, planned.name,
+                               "its driver was restarted: check the arm, then resume it");
+  }
+  return setup;
 }
+
+/// The supervisor holds the arm because of a fault of its device.
+bool holds_for_device(const CellModeView& mode, const std::string& arm) {
+  const msg::ArmOrder* own = mode.heard() ? order_in(mode.mode(), arm) : nullptr;
+  return own && own->cause().kind() == msg::CauseKind::CAUSE_HELD_BY_FAULT && own->cause().subject() == arm;
+}
+
+device::DeviceOrder device_order(msg::DeviceOrder order) {
+  switch (order) {
+    case msg::DeviceOrder::DEVICE_POWER_ON:
+      return device::DeviceOrder::kPowerOn;
+    case msg::DeviceOrder::DEVICE_POWER_OFF:
+      return device::DeviceOrder::kPowerOff;
+    case msg::DeviceOrder::DEVICE_UNLOCK:
+      break;
+  }
+  return device::DeviceOrder::kUnlock;
+}
+
+/// The supervisor publishes the cell mode every 25 ms: it is heard while the last one is younger.
+constexpr std::chrono::milliseconds kSupervised{100};
 
 std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& arm) {
   if (mode.order(arm) == msg::Mode::MODE_RUN) return std::nullopt;
@@ -36,7 +68,9 @@ int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> ty
         const config::CellFile file = config::load_cell_file(options.cell, options.sources);
         const int arm = find_arm(file, options.arm);
         const std::string checkpoint = options.checkpoint.empty() ? std::string() : options.checkpoint + ".device";
-        auto device = make_device(file, arm, checkpoint, types);
+        auto device = make_device(file, arm, checkpoint, types, [](std::string_view event, std::string_view details) {
+          log_info(event, {{"details", details}});
+        });
         const LogScope log(driver_node(options.arm), options);
         lock_memory();
         start_exit_notifier(options.exit_fd);
@@ -49,11 +83,12 @@ int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> ty
 ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options,
                      const ShutdownSignal& shutdown, std::unique_ptr<device::ArmDevice> device)
     : name_(file.cell.arms[arm].arm.name),
-      participant_(make_participant(file, options, driver_node(name_), &mailbox_)),
+      participant_(make_participant(file, options, Role::kDriver, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
-      commands_(participant_, &mailbox_),
-      shapes_(participant_, &mailbox_),
-      states_(participant_),
+      readers_{bus::Reader<msg::ArmCommand>(participant_, &mailbox_),
+               bus::Reader<msg::ObstacleShapes>(participant_, &mailbox_),
+               bus::Reader<msg::DeviceRequest>(participant_, &mailbox_)},
+      writers_{bus::Writer<msg::ArmState>(participant_), bus::Writer<msg::DeviceReply>(participant_)},
       heartbeat_(participant_,
                  {driver_node(name_), msg::NodeKind::NODE_DRIVER, name_,
                   options.host.empty() ? file.arm_hosts[arm].host : options.host},
@@ -62,7 +97,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
       checkpoint_(options.checkpoint),
       device_(std::move(device)),
-      control_(control_setup(file, arm), *device_) {
+      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value()), *device_) {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
 }
@@ -75,6 +110,7 @@ void ArmDriver::run() {
     receive();
     note_lease();
     control_.write();
+    handle_orders();
     publish();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
@@ -85,8 +121,10 @@ void ArmDriver::receive() {
   (void)mailbox_.take_events();
   modes_.update();
   control_.observe_lease(modes_.view().lease(name_));
-  control_.set_hold(hold_of(modes_.view(), name_));
-  for (const auto& sample : commands_.take()) {
+  const bool supervised = modes_.view().heard() && loop_.now() - modes_.view().received() <= kSupervised;
+  control_.set_granted(supervised ? std::optional(modes_.view().lease(name_).term) : std::nullopt);
+  control_.set_hold(hold_of(modes_.view(), name_), holds_for_device(modes_.view(), name_));
+  for (const auto& sample : readers_.commands.take()) {
     // A command that waited here while this process was stopped is out of date.
     const bool current = sample.age(loop_.now()) <= command_timeout_;
     if (!sample.disposed && sample.value.arm() == name_ && current) take(sample);
@@ -95,13 +133,56 @@ void ArmDriver::receive() {
 }
 
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
-  const Judgement judgement = control_.command(sample.value);
+  const Judgement judgement = control_.command(sample.value, CommandOrigin{sample.writer, sample.received});
   if (judgement.verdict == Verdict::kRepeated) return;
   if (judgement.verdict == Verdict::kAccepted) {
     log_.accepted(sample);
-  } else {
+  } else if (judgement.verdict != Verdict::kNotGranted || log_.not_granted(sample.received)) {
     log_.refused(sample, judgement);
+    report(sample, judgement);
   }
+}
+
+void ArmDriver::handle_orders() {
+  for (const auto& sample : readers_.orders.take()) {
+    const msg::DeviceRequest& request = sample.value;
+    if (sample.disposed || request.arm() != name_) continue;
+    // A client repeats its request until the reply arrives.
+    const msg::DeviceRequest& last = order_.request;
+    if (last.client() == request.client() && last.request_id() == request.request_id()) continue;
+    log_info("device order", {{"from", request.client()}, {"order", text(request.order())}});
+    if (const auto refused = device_->begin(device_order(request.order()))) {
+      reply(request, refused);
+      if (!order_.runs) order_.request = request;
+    } else {
+      order_ = {request, true};
+    }
+  }
+  const auto end = device_->order_end();
+  if (end && std::exchange(order_.runs, false)) reply(order_.request, end->result);
+}
+
+void ArmDriver::reply(const msg::DeviceRequest& to, const device::DeviceResult& result) {
+  msg::DeviceReply reply;
+  reply.client(to.client());
+  reply.request_id(to.request_id());
+  reply.arm(name_);
+  reply.done(!result);
+  if (result)
+    reply.cause(make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, name_, "arm " + name_ + ": " + result->text));
+  (void)writers_.replies.write(reply);  // the bus logs a refusal; the client asks again
+}
+
+// Old terms are no news: a planner that was replaced learns of it a moment later. Of a set-point that is too far the
+// supervisor learns by the arm's state.
+void ArmDriver::report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement) {
+  if (judgement.verdict == Verdict::kStaleTerm || judgement.verdict == Verdict::kTooFar) return;
+  const bool second = judgement.verdict == Verdict::kSecondWriter;
+  participant_.refuse({.kind = second ? bus::RefusalKind::kSecondWriter : bus::RefusalKind::kMalformed,
+                       .topic = "ArmCommand",
+                       .sender = sample.writer,
+                       .key = name_,
+                       .text = judgement.cause.text()});
 }
 
 // The checkpoint comes before the log and the next set-point: when this process is killed, its successor must refuse
@@ -114,9 +195,9 @@ void ArmDriver::note_lease() {
 }
 
 void ArmDriver::update_carried() {
-  if (shapes_.take().empty()) return;
+  if (readers_.shapes.take().empty()) return;
   state_.carried().clear();
-  for (const auto& [name, sample] : shapes_.latest()) {
+  for (const auto& [name, sample] : readers_.shapes.latest()) {
     if (sample.value.obstacle().attached_to() != name_) continue;
     state_.carried().append(state_.carried().empty() ? "" : ", ").append(name);
   }
@@ -130,13 +211,15 @@ void ArmDriver::publish() {
   state_.mode(control_.mode());
   messages::to_message(measured.q, state_.q());
   messages::to_message(measured.qd, state_.qd());
+  state_.speed_scaling(control_.speed_scaling());
+  state_.tracking_delay(control_.tracking_delay());
   state_.command_sequence_number(control_.gate().sequence());
   state_.command_age(control_.command_age());
   state_.newest_term(control_.gate().lease().term);
   state_.planner(control_.gate().lease().planner);
   state_.stale_rejected(control_.gate().stale_rejected());
   state_.cause(control_.cause());
-  (void)states_.write(state_);  // best effort; the bus logs a refusal
+  (void)writers_.states.write(state_);  // best effort; the bus logs a refusal
   log_.state(state_);
 }
 

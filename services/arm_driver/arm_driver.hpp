@@ -36,6 +36,9 @@ class ArmDriver {
  private:
   void receive();
   void take(const bus::Sample<msg::ArmCommand>& sample);
+  void handle_orders();
+  void reply(const msg::DeviceRequest& to, const device::DeviceResult& result);
+  void report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   void note_lease();
   void update_carried();
   void publish();
@@ -45,9 +48,15 @@ class ArmDriver {
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;
-  bus::Reader<msg::ArmCommand> commands_;
-  bus::Reader<msg::ObstacleShapes> shapes_;
-  bus::Writer<msg::ArmState> states_;
+  struct Readers {
+    bus::Reader<msg::ArmCommand> commands;
+    bus::Reader<msg::ObstacleShapes> shapes;
+    bus::Reader<msg::DeviceRequest> orders;
+  } readers_;
+  struct Writers {
+    bus::Writer<msg::ArmState> states;
+    bus::Writer<msg::DeviceReply> replies;
+  } writers_;
   HeartbeatPublisher heartbeat_;
   PeriodicLoop loop_;
   std::chrono::nanoseconds command_timeout_;
@@ -55,6 +64,10 @@ class ArmDriver {
   std::unique_ptr<device::ArmDevice> device_;
   ArmControl control_;
   msg::ArmState state_;  ///< reused every period
+  struct Order {
+    msg::DeviceRequest request;  ///< the last one
+    bool runs = false;           ///< the device carries it out
+  } order_;
   DriverLog log_;
 };
 

@@ -1,14 +1,13 @@
 #include "services/arm_driver/command_gate.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services {
 
-CommandGate::CommandGate(int joints) : joints_(joints) {}
+CommandGate::CommandGate(int joints, const CommandLimits& limits) : joints_(joints), limits_(limits) {}
 
 // Why the sender may not, or no longer, command the arm; empty when it may.
 std::optional<std::string> CommandGate::fence(const msg::ArmCommand& command) const {
@@ -20,8 +19,32 @@ std::optional<std::string> CommandGate::fence(const msg::ArmCommand& command) co
   return std::nullopt;
 }
 
+bool CommandGate::held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const {
+  return origin && followed_ && command.term() == term_ && !origin->writer.same_participant(followed_->writer) &&
+         origin->at - followed_->at <= limits_.hold;
+}
+
+// Why the contents cannot be followed.
+std::optional<std::string> CommandGate::unusable(const msg::ArmCommand& command) const {
+  const auto what = [&] { return "command of " + command.node() + ": "; };
+  const auto q = messages::joints_from_message(command.q(), {"command of ", command.node(), ": q"}, joints_);
+  if (!q) return q.error;
+  const auto qd = messages::joints_from_message(command.qd(), {"command of ", command.node(), ": qd"}, joints_);
+  if (!qd) return qd.error;
+  if (!(command.period() > 0.0 && command.period() <= limits_.longest_period)) {
+    return what() + "period = " + std::to_string(command.period()) + " must be above 0 s and at most " +
+           std::to_string(limits_.longest_period) + " s";
+  }
+  const bool leaps = command.term() == term_ && command.sequence_number() > sequence_ + kLeap;
+  if (leaps || command.sequence_number() > kLargestNumber) {
+    return what() + "sequence_number = " + std::to_string(command.sequence_number()) + " leaps from " +
+           std::to_string(sequence_);
+  }
+  return std::nullopt;
+}
+
 // The contents are judged before the term counts: a broken planner must not fence off a sound one.
-Judgement CommandGate::judge(const msg::ArmCommand& command) {
+Judgement CommandGate::judge(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) {
   const auto refuse = [&](Verdict verdict, std::string why) {
     return Judgement{verdict, make_cause(msg::CauseKind::CAUSE_COMMAND_REFUSED, command.node(), std::move(why))};
   };
@@ -29,20 +52,24 @@ Judgement CommandGate::judge(const msg::ArmCommand& command) {
     ++stale_rejected_;
     return refuse(Verdict::kStaleTerm, std::move(*stale));
   }
-  const auto q = messages::joints_from_message(command.q(), {"command of ", command.node(), ": q"}, joints_);
-  const auto qd = messages::joints_from_message(command.qd(), {"command of ", command.node(), ": qd"}, joints_);
-  const bool period_usable = std::isfinite(command.period()) && command.period() > 0.0;
-  if (!q || !qd || !period_usable) {
-    return refuse(Verdict::kUnusable, !q    ? q.error
-                                      : !qd ? qd.error
-                                            : "command of " + command.node() + ": period = " +
-                                                  std::to_string(command.period()) + " must be above 0 s");
+  if (granted_ && command.term() > *granted_) {
+    return refuse(Verdict::kNotGranted, "commands of " + command.node() + " have term " +
+                                            std::to_string(command.term()) + ", but the supervisor has granted only " +
+                                            std::to_string(*granted_));
   }
+  if (held_by_another(command, origin)) {
+    return refuse(Verdict::kSecondWriter, "two participants command the arm as " + command.node() + " under term " +
+                                              std::to_string(command.term()));
+  }
+  if (auto why = unusable(command)) return refuse(Verdict::kUnusable, std::move(*why));
   if (command.term() == term_ && command.sequence_number() <= sequence_) return {Verdict::kRepeated};
   lease_.update({command.node(), command.term()});
   term_ = command.term();
   sequence_ = command.sequence_number();
-  set_point_ = {{*q, *qd}, command.period()};
+  followed_ = origin;
+  set_point_ = {{*messages::joints_from_message(command.q(), "q", joints_),
+                 *messages::joints_from_message(command.qd(), "qd", joints_)},
+                command.period()};
   return {Verdict::kAccepted};
 }
 

@@ -9,6 +9,7 @@
 #include <idl/arm.h>
 
 #include "planner/trajectory/set_point_interpolator.hpp"
+#include "services/bus/mailbox.hpp"
 #include "services/runtime/arm_lease.hpp"
 #include "services/runtime/atomic_file.hpp"
 #include "services/runtime/cause.hpp"
@@ -17,10 +18,12 @@ namespace hecaton::services {
 
 enum class Verdict {
   kAccepted,
-  kRepeated,   ///< a repetition, or overtaken within its term; not worth a report
-  kStaleTerm,  ///< of an older term, or of a term that another planner has
-  kUnusable,   ///< wrong number of joints, a value that is not finite, or no period
-  kTooFar,     ///< the set-point is too far from the arm's position
+  kRepeated,      ///< a repetition, or overtaken within its term; not worth a report
+  kStaleTerm,     ///< of an older term, or of a term that another planner has
+  kUnusable,      ///< wrong number of joints, a value that is not finite, or no period
+  kTooFar,        ///< the set-point is too far from the arm's position
+  kSecondWriter,  ///< another participant commands the arm under the same term and name
+  kNotGranted,    ///< of a term that the supervisor, which is heard, has not granted
 };
 
 struct Judgement {
@@ -28,17 +31,38 @@ struct Judgement {
   msg::Cause cause = {};  ///< of a refusal; its subject is the sender
 };
 
+/// Where a command comes from.
+struct CommandOrigin {
+  bus::EndpointId writer;
+  bus::Clock::time_point at;  ///< of its arrival
+};
+
+struct CommandLimits {
+  /// Longest period of a command [s]. The largest distance of a set-point grows with it.
+  double longest_period = 10.0;
+  /// A participant that was accepted within this time is the only one under its term.
+  bus::Clock::duration hold{0};
+};
+
 /// Accepts commands that are complete, finite, in order, of the newest term and of the planner that has this term.
+/// Under one term it follows one participant, until that has been silent for `hold`.
 class CommandGate {
  public:
-  explicit CommandGate(int joints);
+  /// A sequence number that grows by more than this is refused, so that no command can end the sequence.
+  static constexpr std::uint64_t kLeap = std::uint64_t{1} << 20U;
+  static constexpr std::uint64_t kLargestNumber = std::uint64_t{1} << 53U;
+
+  explicit CommandGate(int joints, const CommandLimits& limits = {});
 
   /// A message has proved that this lease exists: the gate refuses commands of older terms from now on.
   void observe_lease(const ArmLease& lease) { lease_.update(lease); }
+  /// The greatest term that the supervisor has granted for this arm. Empty: the driver does not hear the supervisor.
+  /// A command then proves by itself that its term was granted.
+  void set_granted(std::optional<std::uint64_t> term) { granted_ = term; }
 
   /// Judges a command, except for its distance from the arm (never kTooFar). With kAccepted, set_point() becomes the
-  /// command's; otherwise it stays.
-  [[nodiscard]] Judgement judge(const msg::ArmCommand& command);
+  /// command's; otherwise it stays. `origin`: empty: unknown, and any participant may continue.
+  [[nodiscard]] Judgement judge(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin = {});
 
   [[nodiscard]] const planner::TimedSetPoint& set_point() const { return set_point_; }
   [[nodiscard]] const ArmLease& lease() const { return lease_.newest(); }  ///< the one that commands must have
@@ -48,17 +72,22 @@ class CommandGate {
 
  private:
   [[nodiscard]] std::optional<std::string> fence(const msg::ArmCommand& command) const;
+  [[nodiscard]] std::optional<std::string> unusable(const msg::ArmCommand& command) const;
+  [[nodiscard]] bool held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const;
 
   int joints_;
+  CommandLimits limits_;
   planner::TimedSetPoint set_point_;
   NewestArmLease lease_;
   std::uint64_t term_ = 0;
   std::uint64_t sequence_ = 0;
   std::uint64_t stale_rejected_ = 0;
+  std::optional<std::uint64_t> granted_;
+  std::optional<CommandOrigin> followed_;  ///< origin of the last accepted command
 };
 
 /// The newest lease that a driver knows, in a mapped file: a restarted driver without it would follow a planner that
-/// has been replaced (docs/design/0008-arm-leases.md). The file need not survive the machine.
+/// has been replaced (docs/explanation/0008-arm-leases.md). The file need not survive the machine.
 class LeaseCheckpoint {
  public:
   /// An empty path keeps nothing. Throws std::runtime_error with a sentence when the file cannot be used.

@@ -1,8 +1,13 @@
 #include "services/arm_driver/device_choice.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <map>
+#include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "planner/model/robot_model.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services {
@@ -30,24 +35,73 @@ const device::DeviceType& type_of(const config::DeviceOptions& wanted, std::span
   return *found;
 }
 
-}  // namespace
-
-void require_known_devices(const config::CellFile& file, std::span<const device::DeviceType> types) {
-  for (const config::DeviceOptions& wanted : file.devices) (void)type_of(wanted, types);
-}
-
-std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,
-                                               std::span<const device::DeviceType> types) {
+device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::string& checkpoint) {
+  const auto nanoseconds = [](double seconds) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+  };
   const planner::PlannedArm& planned = file.cell.arms[arm];
   device::DeviceSetup setup;
   setup.arm = planned.arm.name;
+  setup.index = arm;
   setup.limits = planned.arm.limits;
   setup.start = planned.start.size() > 0 ? planned.start : planned.arm.home();
-  setup.period = std::chrono::duration_cast<std::chrono::nanoseconds>(
-      std::chrono::duration<double>(file.cell.timing.driver_period));
+  setup.period = nanoseconds(file.cell.timing.driver_period);
+  setup.command_timeout = nanoseconds(file.cell.timing.command_timeout);
   setup.checkpoint = checkpoint;
   setup.where = file.devices[arm].where;
   setup.values = file.devices[arm].values;
+  for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
+    setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
+  }
+  return setup;
+}
+
+/// The devices of one host cannot listen on the same port.
+void require_own_ports(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  std::map<std::pair<std::string, int>, std::string> owners;
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+    const device::DeviceType& type = type_of(file.devices[arm], types);
+    if (type.ports == nullptr) continue;
+    for (const device::ListeningPort& port : type.ports(setup_of(file, arm, {}))) {
+      const std::string& name = file.cell.arms[arm].arm.name;
+      const auto [owner, is_free] = owners.try_emplace({file.arm_hosts[arm].host, port.number}, name);
+      if (is_free) continue;
+      throw ConfigError(file.devices[arm].where + "." + port.key + " = " + std::to_string(port.number) +
+                        " must be a port of its own: the device of arm " + owner->second + " on host " +
+                        file.arm_hosts[arm].host + " listens on it");
+    }
+  }
+}
+
+}  // namespace
+
+void require_known_devices(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  // Each device is created once, because its factory checks the values of its keys. It opens nothing yet.
+  try {
+    for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) (void)make_device(file, arm, {}, types);
+    require_own_ports(file, types);
+  } catch (const std::runtime_error& error) {
+    throw ConfigError(error.what());
+  }
+}
+
+std::vector<std::string> device_notes(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  std::vector<std::string> notes;
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+    const device::DeviceType& type = type_of(file.devices[arm], types);
+    if (type.notes == nullptr) continue;
+    for (std::string& note : type.notes(setup_of(file, arm, {}), *file.cell.arms[arm].arm.model)) {
+      notes.push_back(std::move(note));
+    }
+  }
+  return notes;
+}
+
+std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,
+                                               std::span<const device::DeviceType> types,
+                                               const device::DeviceLog& log) {
+  device::DeviceSetup setup = setup_of(file, arm, checkpoint);
+  setup.log = log;
   return type_of(file.devices[arm], types).make(setup);
 }
 

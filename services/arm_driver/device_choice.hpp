@@ -4,21 +4,27 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "services/arm_driver/devices/arm_device.hpp"
 #include "services/config/cell_file.hpp"
 
 namespace hecaton::services {
 
-/// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key that its type does
-/// not have. Call it before anything starts.
+/// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key or value that its
+/// type refuses. Two devices of one host must not listen on the same port. Call it before anything starts.
 void require_known_devices(const config::CellFile& file,
                            std::span<const device::DeviceType> types = device::device_types());
+
+/// What a person should know of the arms' devices, a sentence each, for `hecaton check`.
+[[nodiscard]] std::vector<std::string> device_notes(const config::CellFile& file,
+                                                    std::span<const device::DeviceType> types = device::device_types());
 
 /// Creates the arm's device. `arm`: index in the cell. `checkpoint`: a file that the device may use to survive its
 /// process; empty: none. Throws std::runtime_error with a sentence when a value cannot be used.
 [[nodiscard]] std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm,
                                                              const std::string& checkpoint,
-                                                             std::span<const device::DeviceType> types);
+                                                             std::span<const device::DeviceType> types,
+                                                             const device::DeviceLog& log = {});
 
 }  // namespace hecaton::services

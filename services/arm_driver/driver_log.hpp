@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -57,9 +58,29 @@ class CommandRecord {
   std::deque<Refused> refused_;  ///< in the order of their first refusals
 };
 
+/// Tells commands of a term that no supervisor has granted from those that arrive a few periods before their grant.
+class UngrantedCommands {
+ public:
+  static constexpr int kMany = 20;
+  static constexpr std::chrono::seconds kWindow{1};  ///< a longer pause begins a new count
+
+  /// Call it for each such command. True when there were many.
+  [[nodiscard]] bool note(bus::Clock::time_point at) {
+    if (at - last_ > kWindow) count_ = 0;
+    last_ = at;
+    return ++count_ >= kMany;
+  }
+
+ private:
+  bus::Clock::time_point last_{};
+  int count_ = 0;
+};
+
 /// Logs each change once.
 class DriverLog {
  public:
+  /// See UngrantedCommands.
+  [[nodiscard]] bool not_granted(bus::Clock::time_point at) { return ungranted_.note(at); }
   void accepted(const bus::Sample<msg::ArmCommand>& sample);
   void refused(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   /// Call it for a lease that differs from lease().
@@ -70,6 +91,7 @@ class DriverLog {
 
  private:
   CommandRecord record_;
+  UngrantedCommands ungranted_;
   bus::Clock::time_point accepted_at_{};  ///< arrival of the last accepted command
   ArmLease lease_;
   msg::ArmMode mode_ = msg::ArmMode::ARM_STARTING;

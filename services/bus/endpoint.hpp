@@ -17,8 +17,8 @@
 
 namespace hecaton::bus {
 
+/// Departures of a writer from its topic.
 struct WriterOptions {
-  int strength = 0;                                   ///< on exclusive topics the strongest living writer counts
   std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's
   std::optional<std::chrono::milliseconds> lease;     ///< instead of the topic's
   Mailbox* mailbox = nullptr;                         ///< gets events about readers; must outlive the writer
@@ -27,9 +27,9 @@ struct WriterOptions {
 /// True when the middleware has accepted the sample, which does not mean that a reader has received it. Otherwise
 /// `reason` is a sentence.
 struct [[nodiscard]] WriteResult {
-  bool accepted = false;
-  std::string reason;
-  explicit operator bool() const { return accepted; }
+  bool accepted = false;                               ///< by the middleware
+  std::string reason;                                  ///< empty if accepted
+  explicit operator bool() const { return accepted; }  ///< accepted
 };
 
 /// Thread-safe. The participant must outlive the constructor only.
@@ -39,8 +39,8 @@ class Writer {
   /// Throws std::runtime_error with a sentence when the endpoint cannot be created.
   explicit Writer(Participant& participant, const WriterOptions& options = {});
   ~Writer();
-  Writer(Writer&&) noexcept;
-  Writer& operator=(Writer&&) noexcept;
+  Writer(Writer&&) noexcept;             ///< a writer from which another was moved may only be destroyed
+  Writer& operator=(Writer&&) noexcept;  ///< closes the writer that it had
 
   /// The writer's first refusal is also printed on stderr.
   WriteResult write(const T& sample);
@@ -54,8 +54,7 @@ class Writer {
   [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;
   /// Blocks until all matched reliable readers have acknowledged all samples; false after the time-out.
   [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;
-  void set_strength(int strength);
-  [[nodiscard]] EndpointId id() const;
+  [[nodiscard]] EndpointId id() const;  ///< as in Sample::writer
 
  private:
   struct Impl;
@@ -68,12 +67,14 @@ struct Sample {
   T value;                     ///< default when disposed, see `key`
   std::string key;             ///< as key_of()
   Clock::time_point received;  ///< on this process's monotonic clock; ages count from here
-  EndpointId writer;
-  bool disposed = false;  ///< the key was withdrawn
+  EndpointId writer;           ///< that sent it
+  bool disposed = false;       ///< the key was withdrawn
 
+  /// Since it was received.
   [[nodiscard]] Clock::duration age(Clock::time_point now = Clock::now()) const { return now - received; }
 };
 
+/// Departures of a reader from its topic.
 struct ReaderOptions {
   std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's; at least the writers'; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
@@ -81,10 +82,12 @@ struct ReaderOptions {
   std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
 };
 
+/// Numbers of samples since the reader was made.
 struct ReaderCounters {
-  std::uint64_t received = 0;
+  std::uint64_t received = 0;          ///< all, also those that were dropped
   std::uint64_t overflowed = 0;        ///< dropped because the queue was full
   std::uint64_t unreadable = 0;        ///< dropped as malformed or of another schema version
+  std::uint64_t refused = 0;           ///< dropped as malformed, of a second writer, or too many
   std::uint64_t deadlines_missed = 0;  ///< of living keys, once for each silence
 };
 
@@ -96,9 +99,10 @@ class Reader {
   /// std::runtime_error with a sentence when the endpoint cannot be created.
   explicit Reader(Participant& participant, Mailbox* mailbox = nullptr, const ReaderOptions& options = {});
   ~Reader();
-  Reader(Reader&&) noexcept;
-  Reader& operator=(Reader&&) noexcept;
+  Reader(Reader&&) noexcept;             ///< a reader from which another was moved may only be destroyed
+  Reader& operator=(Reader&&) noexcept;  ///< closes the reader that it had
 
+  /// Samples by their key.
   using Latest = std::map<std::string, Sample<T>, std::less<>>;
 
   /// The samples that have arrived since the last take() or latest(), oldest first. Never blocks.
@@ -111,13 +115,13 @@ class Reader {
 
   /// Blocks on the mailbox until something arrives, for any of its readers; false after the time-out.
   [[nodiscard]] bool wait_for_data(Clock::duration timeout);
-  [[nodiscard]] Mailbox& mailbox();
+  [[nodiscard]] Mailbox& mailbox();  ///< the given one, or its own
 
   [[nodiscard]] int matched() const;  ///< number of writers
   /// Blocks until so many writers are matched; false after the time-out.
   [[nodiscard]] bool wait_matched(int writers, Clock::duration timeout) const;
-  [[nodiscard]] int alive_writers() const;  ///< matched ones whose liveliness is not lost
-  [[nodiscard]] ReaderCounters counters() const;
+  [[nodiscard]] int alive_writers() const;        ///< matched ones whose liveliness is not lost
+  [[nodiscard]] ReaderCounters counters() const;  ///< a copy of now
 
  private:
   struct Impl;

@@ -13,6 +13,8 @@ namespace {
 
 /// The generated key buffer holds 255 characters of each key string.
 constexpr std::size_t kLongestKey = 200;
+/// Of further keys a reader does not note the writer.
+constexpr std::size_t kMostKeys = 4096;
 
 /// Fast DDS reports a full history as a time-out, too. A history of fixed depth can only lack room for another key.
 std::string explain(Outcome code, const TopicInfo& info) {
@@ -33,7 +35,7 @@ WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const Top
   qos.lease = options.lease.value_or(qos.lease);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info, type_);
-  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_, options.strength), this);
+  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_), this);
   if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
 }
 
@@ -83,12 +85,6 @@ bool WriterBase::wait_matched(int readers, Clock::duration timeout) const {
 
 bool WriterBase::wait_acknowledged(Clock::duration timeout) const {
   return outcome(writer_->wait_for_acknowledgments(duration(timeout))) == Outcome::kOk;
-}
-
-void WriterBase::set_strength(int strength) {
-  auto qos = writer_->get_qos();
-  qos.ownership_strength().value = static_cast<std::uint32_t>(strength);
-  writer_->set_qos(qos);
 }
 
 EndpointId WriterBase::id() const {
@@ -168,9 +164,61 @@ void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key)
   }
 }
 
+bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, std::uint64_t largest_term,
+                       std::uint32_t most_a_second) {
+  const auto now = Clock::now();
+  if (!admission_.rates[endpoint_id(info.publication_handle)].admits(now, most_a_second)) {
+    refuse(info, RefusalKind::kMalformed, "more than " + std::to_string(most_a_second) + " samples a second");
+    return false;
+  }
+  if (!holds(info, key, now)) {
+    ++counters_.refused;
+    return false;
+  }
+  if (!participant_->admits_term(largest_term)) {
+    refuse(info, RefusalKind::kMalformed,
+           "term = " + std::to_string(largest_term) + " is more than " + std::to_string(kTermLeap) +
+               " above every known term");
+    return false;
+  }
+  return true;
+}
+
+bool ReaderBase::holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
+  const EndpointId writer = endpoint_id(info.publication_handle);
+  const auto report = [&](const EndpointId& second) {
+    participant_->refusals().note({.kind = RefusalKind::kSecondWriter,
+                                   .topic = std::string(info_.type),
+                                   .sender = second,
+                                   .key = key,
+                                   .text = "a second participant writes it",
+                                   .last = now});
+  };
+  if (info_.qos.reports_writers && admission_.changes.size() <= kMostKeys) {
+    if (admission_.changes[key].note(writer, now)) report(writer);
+  }
+  if (info_.qos.hold.count() == 0 || admission_.holders.size() > kMostKeys) return true;
+  StreamHolder& holder = admission_.holders[key];
+  if (!holder.admits(writer, now, info_.qos.hold)) return false;
+  if (const auto second = holder.take_challenger()) report(*second);
+  return true;
+}
+
+void ReaderBase::refuse(const dds::SampleInfo& info, RefusalKind kind, const std::string& text,
+                        const std::string& key) {
+  ++counters_.refused;
+  participant_->refusals().note({.kind = kind,
+                                 .topic = std::string(info_.type),
+                                 .sender = endpoint_id(info.publication_handle),
+                                 .key = key,
+                                 .text = text,
+                                 .last = Clock::now()});
+}
+
 std::string ReaderBase::forget(const dds::SampleInfo& info) {
   const auto known = keys_.find(info.instance_handle);
   if (known == keys_.end()) return {};
+  if (!known->second.writer.same_participant(endpoint_id(info.publication_handle))) return {};
   std::string key = std::move(known->second.text);
   keys_.erase(known);
   return key;
@@ -199,6 +247,8 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
     if (!found) {
       last_key = last_key_of(peer);
       silent_.erase(peer);
+      admission_.rates.erase(peer);
+      std::erase_if(admission_.holders, [&](const auto& entry) { return entry.second.holder() == peer; });
       std::erase_if(keys_, [&](const auto& entry) { return entry.second.writer == peer; });
     }
   }

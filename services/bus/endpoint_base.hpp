@@ -12,6 +12,7 @@
 
 #include "services/bus/endpoint.hpp"
 #include "services/bus/participant_impl.hpp"
+#include "services/bus/stream_holder.hpp"
 
 namespace hecaton::bus {
 
@@ -32,7 +33,6 @@ class WriterBase : public dds::DataWriterListener {
   [[nodiscard]] int matched() const { return matched_; }
   [[nodiscard]] bool wait_matched(int readers, Clock::duration timeout) const;
   [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;
-  void set_strength(int strength);
   [[nodiscard]] EndpointId id() const;
 
  private:
@@ -78,7 +78,14 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   [[nodiscard]] Clock::time_point arrival() const { return participant_->arrival(); }
   /// Notes the key of a living sample, so that later events can name it.
   void note_alive(const dds::SampleInfo& info, const std::string& key);
-  /// Forgets the key of a withdrawn sample and returns it; empty when it is unknown.
+  /// True when a sample may reach the service. Otherwise the refusal is counted for its writer: too many samples of
+  /// one writer, a leap of the term, or a key that another participant holds.
+  [[nodiscard]] bool admit(const dds::SampleInfo& info, const std::string& key, std::uint64_t largest_term,
+                           std::uint32_t most_a_second);
+  /// Counts a refused sample for its writer. `key`: of a stream with two writers.
+  void refuse(const dds::SampleInfo& info, RefusalKind kind, const std::string& text, const std::string& key = {});
+  /// Forgets the key of a withdrawn sample and returns it; empty when it is unknown, or when another participant wrote
+  /// it last.
   [[nodiscard]] std::string forget(const dds::SampleInfo& info);
 
   mutable std::mutex mutex_;  ///< guards counters_ and the derived class's queue; never held while calling Fast DDS
@@ -98,6 +105,14 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   /// A key that the writer wrote; empty when unknown.
   [[nodiscard]] std::string last_key_of(const EndpointId& writer) const;
 
+  /// What admit() knows. By the key's text: a sender chooses its handle.
+  struct Admission {
+    std::map<std::string, StreamHolder, std::less<>> holders;
+    std::map<std::string, WriterChanges, std::less<>> changes;
+    std::map<EndpointId, SampleRate> rates;  ///< by matched writer
+  };
+  [[nodiscard]] bool holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
+
   struct Key {
     std::string text;
     EndpointId writer;
@@ -116,8 +131,9 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   std::atomic<int> announcements_ = 0;  ///< of data, not drained yet
   mutable std::condition_variable changed_;
   std::map<rtps::InstanceHandle_t, Key> keys_;  ///< the living ones
-  std::set<EndpointId> silent_;                 ///< matched writers whose liveliness is lost
-  int not_alive_ = 0;                           ///< as Fast DDS counted last
+  Admission admission_;
+  std::set<EndpointId> silent_;  ///< matched writers whose liveliness is lost
+  int not_alive_ = 0;            ///< as Fast DDS counted last
 };
 
 }  // namespace hecaton::bus

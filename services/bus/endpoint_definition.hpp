@@ -26,10 +26,18 @@ struct PubSubOf;
 template <class T>
 using GuardedType = GuardedSupport<typename PubSubOf<T>::type, T>;
 
+/// Null for topics of other folders.
+template <class T>
+[[nodiscard]] const TopicRule* rule_of() {
+  constexpr std::string_view kOwn = "hecaton/";
+  const TopicInfo& info = Topic<T>::kInfo;
+  return info.name.starts_with(kOwn) && info.name.substr(kOwn.size()) == info.type ? topic_rule(info.type) : nullptr;
+}
+
 template <class T>
 [[nodiscard]] dds::TypeSupport make_type_support() {
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
-  return dds::TypeSupport(new GuardedType<T>());
+  return dds::TypeSupport(new GuardedType<T>(rule_of<T>(), kMostBytes));
 }
 
 /// Samples between the middleware's thread and the service's loop. The owner locks it.
@@ -140,10 +148,6 @@ bool Writer<T>::wait_acknowledged(Clock::duration timeout) const {
   return impl_->wait_acknowledged(timeout);
 }
 template <class T>
-void Writer<T>::set_strength(int strength) {
-  impl_->set_strength(strength);
-}
-template <class T>
 EndpointId Writer<T>::id() const {
   return impl_->id();
 }
@@ -173,9 +177,11 @@ struct Reader<T>::Impl : ReaderBase {
         counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true});
       } else if (scratch.schema() != schema) {
         ++counters_.unreadable;
+        if (!last_check.refusal.empty()) refuse(info, RefusalKind::kMalformed, last_check.refusal);
       } else {
-        ++counters_.received;
         std::string key = key_of(scratch);
+        if (!admit(info, key, last_check.largest_term, most_a_second)) continue;
+        ++counters_.received;
         note_alive(info, key);
         counters_.overflowed +=
             queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false});
@@ -198,8 +204,9 @@ struct Reader<T>::Impl : ReaderBase {
 
   SampleQueue<T> queue;
   const std::uint32_t schema = T().schema();  ///< of samples that drain() keeps
-  T scratch;                                  ///< of drain()
-  Latest newest;                              ///< of the loop's thread alone
+  const std::uint32_t most_a_second = rule_of<T>() == nullptr ? 0 : rule_of<T>()->most_a_second;
+  T scratch;      ///< of drain()
+  Latest newest;  ///< of the loop's thread alone
 };
 
 template <class T>

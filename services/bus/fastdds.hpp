@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <functional>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -44,6 +46,8 @@
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #endif
+
+#include "services/bus/wire_rules.hpp"
 
 namespace hecaton::bus {
 
@@ -130,17 +134,26 @@ struct PeerEvent {
   rtps::GUID_t guid;
   std::string name;
   std::vector<rtps::Locator_t> unicast;  ///< where it receives
+  std::chrono::nanoseconds lease{0};     ///< that it announces
 };
 
 /// A participant's listener for changes of other participants.
 class PeerListener : public dds::DomainParticipantListener {
  protected:
   virtual void on_peer(const PeerEvent& event) = 0;
+  /// The handshake with a peer has ended; of secured participants only.
+  virtual void on_authentication(const rtps::GUID_t& peer, bool authorized) = 0;
 
  private:
+  void onParticipantAuthentication(dds::DomainParticipant*, rtps::ParticipantAuthenticationInfo&& info) override {
+    on_authentication(info.guid, info.status == rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT);
+  }
+
   template <class Status, class Data>
-  static PeerEvent event_of(Status status, const rtps::GUID_t& guid, std::string name, const Data& data) {
+  static PeerEvent event_of(Status status, const rtps::GUID_t& guid, std::string name, const Data& data,
+                            const Duration& lease) {
     PeerEvent event{PeerEvent::Kind::kFound, guid, std::move(name), {}};
+    event.lease = std::chrono::seconds(lease.seconds) + std::chrono::nanoseconds(lease.nanosec);
     if (status == Status::CHANGED_QOS_PARTICIPANT) event.kind = PeerEvent::Kind::kChanged;
     if (status == Status::REMOVED_PARTICIPANT) event.kind = PeerEvent::Kind::kLeft;
     if (status == Status::DROPPED_PARTICIPANT) event.kind = PeerEvent::Kind::kDropped;
@@ -155,11 +168,12 @@ class PeerListener : public dds::DomainParticipantListener {
                                 const rtps::ParticipantBuiltinTopicData& data, bool& ignored) override {
     ignored = false;
     if (status == rtps::ParticipantDiscoveryStatus::IGNORED_PARTICIPANT) return;
-    on_peer(event_of(status, data.guid, data.participant_name.to_string(), data));
+    on_peer(event_of(status, data.guid, data.participant_name.to_string(), data, data.lease_duration));
   }
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
-    on_peer(event_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info));
+    on_peer(event_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info,
+                     info.info.m_leaseDuration));
   }
 #endif
 };
@@ -208,10 +222,97 @@ class FrontTransport : public rtps::ChainingTransport {
   }
 };
 
+/// The result of the last check of a received sample on this thread, for the reader that takes the sample.
+inline thread_local CheckedSample last_check;
+/// The serialised form of a sample whose type this process does not know: its CDR bytes, encapsulation included.
+using RawBytes = std::vector<std::uint8_t>;
+
+/// The largest sample that a reader of RawBytes accepts, with its encapsulation [bytes].
+inline constexpr std::uint32_t kLargestRaw = 1U << 20U;
+
+/// Type support of samples that are exchanged as RawBytes. `largest`: of a sample with its encapsulation [bytes].
+class RawSupport : public dds::TopicDataType {
+ public:
+  RawSupport(const std::string& type, std::uint32_t largest) {
+#if HECATON_FAST_DDS == 3
+    set_name(type);
+    max_serialized_type_size = largest;
+    is_compute_key_provided = false;
+#else
+    setName(type.c_str());
+    m_typeSize = largest;
+    m_isGetKeyDefined = false;
+    auto_fill_type_object(false);
+    auto_fill_type_information(false);
+#endif
+  }
+
+#if HECATON_FAST_DDS == 3
+  bool serialize(const void* const data, rtps::SerializedPayload_t& payload, dds::DataRepresentationId_t) override {
+    return write(*static_cast<const RawBytes*>(data), payload);
+  }
+  bool deserialize(rtps::SerializedPayload_t& payload, void* data) override {
+    return read(payload, *static_cast<RawBytes*>(data));
+  }
+  std::uint32_t calculate_serialized_size(const void* const data, dds::DataRepresentationId_t) override {
+    return static_cast<std::uint32_t>(static_cast<const RawBytes*>(data)->size());
+  }
+  void* create_data() override {
+    return new RawBytes();
+  }
+  void delete_data(void* data) override {
+    delete static_cast<RawBytes*>(data);
+  }
+  bool compute_key(rtps::SerializedPayload_t&, rtps::InstanceHandle_t&, bool) override {
+    return false;
+  }
+  bool compute_key(const void* const, rtps::InstanceHandle_t&, bool) override {
+    return false;
+  }
+#else
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    return write(*static_cast<const RawBytes*>(data), *payload);
+  }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    return read(*payload, *static_cast<RawBytes*>(data));
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [size = static_cast<const RawBytes*>(data)->size()] { return static_cast<std::uint32_t>(size); };
+  }
+  void* createData() override {
+    return new RawBytes();
+  }
+  void deleteData(void* data) override {
+    delete static_cast<RawBytes*>(data);
+  }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override {
+    return false;
+  }
+#endif
+
+ private:
+  static bool write(const RawBytes& bytes, rtps::SerializedPayload_t& payload) {
+    if (bytes.size() > payload.max_size) return false;
+    std::copy(bytes.begin(), bytes.end(), payload.data);
+    payload.length = static_cast<std::uint32_t>(bytes.size());
+    payload.encapsulation = CDR_LE;
+    return true;
+  }
+  static bool read(const rtps::SerializedPayload_t& payload, RawBytes& bytes) {
+    bytes.assign(payload.data, payload.data + payload.length);
+    return true;
+  }
+};
+
 /// A generated type support `Base` for messages T, made thread-safe and safe against malformed payloads.
 template <class Base, class T>
 class GuardedSupport : public Base {
  public:
+  /// `rule`: of received samples; null: only their size is checked, against `most_bytes`.
+  explicit GuardedSupport(const TopicRule* rule = nullptr,
+                          std::uint32_t most_bytes = std::numeric_limits<std::uint32_t>::max())
+      : rule_(rule), most_bytes_(most_bytes) {}
+
   /// The handle of the sample's key. Thread-safe, unlike the generated code, which serialises all keys into one buffer.
   bool key_handle(const T& sample, rtps::InstanceHandle_t& handle) { return guarded_key(&sample, handle, false); }
 
@@ -271,19 +372,36 @@ class GuardedSupport : public Base {
 
   /// Returns true always, because a refused payload would stay in the history. The reader drops samples of schema 0.
   bool guarded_read(rtps::SerializedPayload_t& payload, T& sample) {
-    try {
-#if HECATON_FAST_DDS == 3
-      if (Base::deserialize(payload, &sample)) return true;
-#else
-      if (Base::deserialize(&payload, &sample)) return true;
-#endif
-    } catch (const std::exception&) {
+    last_check = check(payload);
+    if (last_check.refusal.empty() && !last_check.other_schema) {
+      if (decode(payload, sample)) return true;
+      last_check.refusal = "it cannot be decoded";
     }
     sample = T();
     sample.schema(0);
     return true;
   }
 
+  bool decode(rtps::SerializedPayload_t& payload, T& sample) {
+    try {
+#if HECATON_FAST_DDS == 3
+      return Base::deserialize(payload, &sample);
+#else
+      return Base::deserialize(&payload, &sample);
+#endif
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
+
+  [[nodiscard]] CheckedSample check(const rtps::SerializedPayload_t& payload) const {
+    if (rule_ != nullptr) return check_sample(*rule_, {payload.data, payload.length});
+    if (payload.length <= most_bytes_) return {};
+    return {std::to_string(payload.length) + " bytes, at most " + std::to_string(most_bytes_) + " are allowed"};
+  }
+
+  const TopicRule* rule_;
+  std::uint32_t most_bytes_;
   std::mutex key_mutex_;
 };
 

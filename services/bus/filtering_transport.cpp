@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include <arpa/inet.h>
 
@@ -46,7 +48,18 @@ class FilteringTransport : public FrontTransport {
     constexpr std::size_t kPrefixAt = 8;
     if (size < kPrefixAt + sender.size()) return;
     std::copy_n(data + kPrefixAt, sender.size(), sender.begin());
+    const std::string_view malformed = filter_->datagrams.refuse({data, size}, Clock::now());
+    if (!malformed.empty()) {
+      Refused refused;
+      std::copy(sender.begin(), sender.end(), refused.sender.bytes.begin());
+      refused.text = malformed;
+      refused.address = address_text(remote);
+      refused.last = Clock::now();
+      filter_->refusals.note(std::move(refused));
+      return;
+    }
     if (!filter_->quarantine.accepts(sender, Clock::now())) return;
+    if (DatagramCheck::announces_departure({data, size})) return;
     const std::size_t slot = filter_->receivers.enter(Clock::now());
     next->OnDataReceived(data, size, local, remote);
     filter_->receivers.leave(slot);
@@ -108,6 +121,13 @@ void add_peer(dds::DomainParticipantQos& qos, int domain, const Peer& peer) {
 }
 
 }  // namespace
+
+std::string address_text(const rtps::Locator_t& locator) {
+  std::string text;
+  for (int i = 12; i < 16; ++i)
+    text += (text.empty() ? "" : ".") + std::to_string(static_cast<int>(locator.address[i]));
+  return text;
+}
 
 PeerQuarantine::Address address_of(const rtps::Locator_t& locator) {
   std::uint32_t ipv4 = 0;

@@ -6,13 +6,15 @@
 /// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and peers do
 /// not repeat them: in one start of five the newcomer knew no peer until the next periodic announcements. The filter
 /// sends nothing before the participant is complete. It also isolates the process after a stall (LocalStallGuard) and
-/// quarantined peers (PeerQuarantine).
+/// quarantined peers (PeerQuarantine), and drops malformed datagrams and announced departures (DatagramCheck).
 
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 
+#include "services/bus/datagram_check.hpp"
 #include "services/bus/deadlock_guard.hpp"
 #include "services/bus/fastdds.hpp"
 #include "services/bus/local_stall_guard.hpp"
@@ -41,6 +43,8 @@ class DatagramFilter {
   LocalStallGuard stall_guard;
   PeerQuarantine quarantine;
   ReceiverWatchdog receivers;
+  DatagramCheck datagrams;
+  RefusalLog refusals;
 
  private:
   const std::function<bool()> discard_;
@@ -49,6 +53,9 @@ class DatagramFilter {
 
 /// The address of a UDP locator; its logical port number is the UDP port.
 [[nodiscard]] PeerQuarantine::Address address_of(const rtps::Locator_t& locator);
+
+/// "10.0.0.2"
+[[nodiscard]] std::string address_text(const rtps::Locator_t& locator);
 
 /// Adds the transports and the initial peers to `qos`. The participant sends once the returned filter is opened. Throws
 /// std::runtime_error with a sentence when an interface does not exist or a peer is no IPv4 address with 1 to 119

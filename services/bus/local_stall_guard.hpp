@@ -6,7 +6,7 @@
 /// - The backlog in its sockets arrives as if it were new.
 /// - After a long stall others have dropped its participant, while it has not dropped theirs. Fast DDS 2.9.1 does not
 ///   reliably heal such a one-sided loss: in 2 of 20 pauses two participants never exchanged their endpoints again
-///   (docs/design/0005-process-recovery.md).
+///   (docs/explanation/0005-process-recovery.md).
 ///
 /// So after a stall the backlog is discarded, and reliable data are sent again. After a long stall the participant also
 /// sends and receives nothing until the lease is over on both sides; then all discover each other again.

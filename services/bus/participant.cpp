@@ -94,15 +94,44 @@ bool set_identity(dds::DomainParticipantQos& qos, int domain, const Identities::
 /// The endpoints of a participant are found within this time after the participant itself.
 constexpr std::chrono::milliseconds kMatching{50};
 
+/// The plugins of DDS Security that Fast DDS has, with the files of a keystore's enclave.
+void set_identity_of_security(dds::DomainParticipantQos& qos, const std::filesystem::path& folder) {
+  const auto set = [&](const std::string& key, const std::string& value) {
+    qos.properties().properties().emplace_back("dds.sec." + key, value);
+  };
+  const auto file = [&](const char* name) { return "file://" + (folder / name).string(); };
+  set("auth.plugin", "builtin.PKI-DH");
+  set("auth.builtin.PKI-DH.identity_ca", file("identity_ca.cert.pem"));
+  set("auth.builtin.PKI-DH.identity_certificate", file("cert.pem"));
+  set("auth.builtin.PKI-DH.private_key", file("key.pem"));
+  set("access.plugin", "builtin.Access-Permissions");
+  set("access.builtin.Access-Permissions.permissions_ca", file("permissions_ca.cert.pem"));
+  set("access.builtin.Access-Permissions.governance", file("governance.p7s"));
+  set("access.builtin.Access-Permissions.permissions", file("permissions.p7s"));
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
 dds::DomainParticipantQos participant_qos(const std::string& name, const ParticipantOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(name);
+  qos.user_data().assign(options.user_data.begin(), options.user_data.end());
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = duration(options.lease);
   discovery.leaseDuration_announcementperiod = duration(announcement_period(options.lease));
+  if (!options.identity.empty()) set_identity_of_security(qos, options.identity);
   discovery.initial_announcements.count = 8;
   discovery.initial_announcements.period = duration(std::chrono::milliseconds(5));
   return qos;
+}
+
+}  // namespace
+
+namespace {
+
+PeerQuarantine::Prefix prefix_of(const rtps::GUID_t& guid) {
+  PeerQuarantine::Prefix prefix{};
+  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
+  return prefix;
 }
 
 }  // namespace
@@ -121,7 +150,9 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 }
 
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
-    : mailbox_(options.mailbox), announce_departure_(options.announce_departure) {
+    : mailbox_(options.mailbox),
+      announce_departure_(options.announce_departure && options.identity.empty()),
+      secured_(!options.identity.empty()) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
   const std::string prefix = "bus: participant \"" + name + "\": ";
   if (domain < 0 || domain > kLastDomain) {
@@ -154,7 +185,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   participant = factory->create_participant(static_cast<dds::DomainId_t>(domain), qos, this, dds::StatusMask::none());
   if (participant == nullptr) {
     identities().give_back(port_number_);
-    throw std::runtime_error(prefix + "cannot join domain " + std::to_string(domain));
+    throw std::runtime_error(prefix + "cannot join domain " + std::to_string(domain) +
+                             (options.identity.empty() ? "" : " with the keys in " + options.identity.string()));
   }
   filter_->open();
   dds::PublisherQos publisher_qos;
@@ -215,6 +247,13 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   return topic;
 }
 
+dds::TypeSupport Participant::Impl::raw_type(const std::string& name) {
+  const std::scoped_lock lock(mutex_);
+  const auto known = raw_types_.find(name);
+  if (known != raw_types_.end()) return known->second;
+  return raw_types_.emplace(name, dds::TypeSupport(new RawSupport(name, kLargestRaw))).first->second;
+}
+
 void Participant::Impl::run_monitor() {
   std::unique_lock lock(alarm_mutex_);
   while (!ending_) {
@@ -225,6 +264,7 @@ void Participant::Impl::run_monitor() {
     lock.unlock();
     check_stall(now);
     filter_->quarantine.update(now, receiving_since_);
+    for (const auto& peer : handshakes_.take_overdue(now)) filter_->quarantine.dropped(peer, now);
     abort_if_deadlocked(now);
     const auto next = check_monitored(now);
     lock.lock();
@@ -279,6 +319,15 @@ bool Participant::Impl::recovering() const {
   return filter_->stall_guard.long_stall(now) || now < recovered_;
 }
 
+// The first term may be any: this process may be new in an old cell.
+bool Participant::Impl::admits_term(std::uint64_t term) {
+  std::uint64_t known = largest_term_;
+  if (known > 0 && term > known + kTermLeap) return false;
+  while (term > known && !largest_term_.compare_exchange_weak(known, term)) {
+  }
+  return true;
+}
+
 void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   const auto now = Clock::now();
   const std::scoped_lock lock(peers_mutex_);
@@ -292,14 +341,37 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   if (missing_.empty()) recovered_ = std::min(recovered_, now + kMatching);
 }
 
+void Participant::Impl::on_authentication(const rtps::GUID_t& peer, bool authorized) {
+  const auto prefix = prefix_of(peer);
+  handshakes_.ended(prefix);
+  if (authorized) return;
+  filter_->quarantine.dropped(prefix, Clock::now());
+  Refused refused;
+  std::copy(prefix.begin(), prefix.end(), refused.sender.bytes.begin());
+  refused.text = "its keys are missing, expired or of another authority";
+  refused.last = Clock::now();
+  filter_->refusals.note(std::move(refused));
+}
+
+void Participant::Impl::note_handshake(const PeerEvent& event) {
+  if (!secured_) return;
+  if (event.kind == PeerEvent::Kind::kFound) {
+    handshakes_.found(prefix_of(event.guid), Clock::now());
+  } else {
+    handshakes_.ended(prefix_of(event.guid));
+  }
+}
+
 void Participant::Impl::note_addresses(const PeerEvent& event) {
-  PeerQuarantine::Prefix prefix{};
-  std::copy_n(event.guid.guidPrefix.value, prefix.size(), prefix.begin());
+  const auto prefix = prefix_of(event.guid);
+  filter_->datagrams.forget(prefix);
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
   std::vector<PeerQuarantine::Address> addresses;
   for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
-  filter_->quarantine.found(prefix, std::move(addresses), Clock::now());
+  filter_->refusals.found(endpoint_id(event.guid), event.name,
+                          addresses.empty() ? std::string() : address_text(event.unicast.front()));
+  filter_->quarantine.found(prefix, std::move(addresses), event.lease, Clock::now());
 }
 
 void Participant::Impl::on_peer(const PeerEvent& event) {
@@ -307,6 +379,7 @@ void Participant::Impl::on_peer(const PeerEvent& event) {
   const bool found = event.kind == PeerEvent::Kind::kFound;
   const EndpointId peer = endpoint_id(event.guid);
   note_addresses(event);
+  note_handshake(event);
   note_peer(peer, found);
   if (mailbox_ == nullptr) return;
   mailbox_->post(
@@ -321,6 +394,15 @@ Participant& Participant::operator=(Participant&&) noexcept = default;
 
 bool Participant::recovering() const {
   return impl_->recovering();
+}
+
+std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {
+  return impl_->refusals().recent(Clock::now() - window, most);
+}
+
+void Participant::refuse(Refused refused) {
+  refused.last = Clock::now();
+  impl_->refusals().note(std::move(refused));
 }
 
 std::vector<NetworkInterface> network_interfaces() {

@@ -2,6 +2,7 @@
 /// A process's membership in a cell's DDS domain.
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "services/bus/mailbox.hpp"
 #include "services/bus/rediscovery.hpp"
+#include "services/bus/refusals.hpp"
 
 namespace hecaton::bus {
 
@@ -24,6 +26,7 @@ struct Peer {
   int participants = 64;
 };
 
+/// How a participant joins its domain.
 struct ParticipantOptions {
   /// Addresses of the interfaces to use, e.g. {"127.0.0.1"} for a cell on one host; empty: all.
   std::vector<std::string> interfaces;
@@ -36,8 +39,13 @@ struct ParticipantOptions {
   std::chrono::milliseconds lease = kParticipantLease;
   /// Separates cells that share a domain; empty: the default partition.
   std::string partition;
-  /// Announce the departure to peers; otherwise they drop this participant at the end of its lease. Switch it off for
-  /// short-lived clients: Fast DDS 2.9.1 aborts a process that receives a departure while it checks that lease.
+  /// Announced to peers as the participant's USER_DATA; empty: none.
+  std::string user_data;
+  /// Folder with the keys of this participant (services/security/keystore.hpp): DDS Security authenticates its peers,
+  /// enforces their permissions and encrypts. It then leaves silently. Empty: an open participant.
+  std::filesystem::path identity;
+  /// Announce the departure of the endpoints to peers; otherwise they drop them with this participant at the end of its
+  /// lease. Short-lived clients do without.
   bool announce_departure = true;
   /// Gets an event when a participant is found or lost; must outlive the participant.
   Mailbox* mailbox = nullptr;
@@ -52,23 +60,29 @@ class Participant {
   /// a sentence when the domain cannot be joined (0 ≤ domain ≤ 232; an interface that does not exist).
   Participant(int domain, const std::string& name, const ParticipantOptions& options = {});
   ~Participant();
-  Participant(Participant&&) noexcept;
-  Participant& operator=(Participant&&) noexcept;
+  Participant(Participant&&) noexcept;             ///< a participant from which another was moved may only be destroyed
+  Participant& operator=(Participant&&) noexcept;  ///< leaves the domain of the participant that it had
 
   /// True from a long stall of this process (half the lease or more) until its peers are found again. Peers may have
   /// dropped it, so it sends and receives nothing until the lease is over on both sides. Do not judge or simulate by
   /// received data meanwhile.
   [[nodiscard]] bool recovering() const;
 
+  /// What was refused in the last `window`, by sender, the most recent first, at most `most`.
+  [[nodiscard]] std::vector<Refused> refused(Clock::duration window, std::size_t most) const;
+  /// A service refuses a sample for a reason that the bus does not know; see Refused.
+  void refuse(Refused refused);
+
   struct Impl;
-  [[nodiscard]] const std::shared_ptr<Impl>& impl() const { return impl_; }
+  [[nodiscard]] const std::shared_ptr<Impl>& impl() const { return impl_; }  ///< for endpoints
 
  private:
   std::shared_ptr<Impl> impl_;
 };
 
+/// An interface of this machine.
 struct NetworkInterface {
-  std::string name;
+  std::string name;     ///< as `ip link` shows it
   std::string address;  ///< IPv4
 };
 /// The IPv4 addresses of this machine, with their interfaces. Empty when the kernel does not tell.
@@ -76,8 +90,8 @@ struct NetworkInterface {
 
 /// Removes the variables that name a Discovery Server from the environment of this process: ROS_DISCOVERY_SERVER, and
 /// FASTDDS_ENVIRONMENT_FILE, a file that may set it. ROS 2 shells may name a server. Fast DDS then makes every
-/// participant its client, and the cell's other participants do not discover it (docs/design/0012-discovery.md). Every
-/// Participant does this before it joins. Returns the removed variables as "NAME=value". Thread-safe.
+/// participant its client, and the cell's other participants do not discover it (docs/explanation/0012-discovery.md).
+/// Every Participant does this before it joins. Returns the removed variables as "NAME=value". Thread-safe.
 std::vector<std::string> ignore_discovery_servers();
 
 }  // namespace hecaton::bus

@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "services/bus/authentication_watch.hpp"
 #include "services/bus/fastdds.hpp"
 #include "services/bus/filtering_transport.hpp"
 #include "services/bus/participant.hpp"
@@ -37,7 +38,10 @@ struct Participant::Impl : PeerListener {
 
   /// The topic of a row, created on first use. Throws std::runtime_error.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
+  /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
+  dds::TypeSupport raw_type(const std::string& name);
   void on_peer(const PeerEvent& event) override;
+  void on_authentication(const rtps::GUID_t& peer, bool authorized) override;
 
   /// Runs `removal`, which removes an entity of this participant from Fast DDS. After Fast DDS has deadlocked in a
   /// removal (deadlock_guard.hpp) it does nothing.
@@ -52,6 +56,10 @@ struct Participant::Impl : PeerListener {
   [[nodiscard]] bool recovering() const;
   /// Arrival time of a sample that a reader takes now, see LocalStallGuard.
   [[nodiscard]] Clock::time_point arrival() const { return filter_->stall_guard.arrival(Clock::now()); }
+
+  /// False for a term that leaps (kTermLeap) above every term that was admitted before. Thread-safe.
+  [[nodiscard]] bool admits_term(std::uint64_t term);
+  [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
 
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
@@ -70,15 +78,20 @@ struct Participant::Impl : PeerListener {
   [[nodiscard]] Clock::time_point check_monitored(Clock::time_point now);
   void note_peer(const EndpointId& peer, bool found);
   void note_addresses(const PeerEvent& event);
+  void note_handshake(const PeerEvent& event);
 
   Mailbox* mailbox_;
   std::shared_ptr<DatagramFilter> filter_;
   bool announce_departure_;
+  const bool secured_;
+  AuthenticationWatch handshakes_;               ///< when secured
+  std::atomic<std::uint64_t> largest_term_ = 0;  ///< admitted
   std::atomic<bool> deadlocked_ = false;
   Clock::duration rediscovery_{};  ///< after a stall, peers are found again within this or gone
   int port_number_ = 0;            ///< decides the ports; unique among the open participants of this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
+  std::map<std::string, dds::TypeSupport> raw_types_;
 
   std::mutex monitored_mutex_;
   std::set<Monitored*> monitored_;

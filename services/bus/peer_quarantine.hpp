@@ -3,10 +3,14 @@
 ///
 /// When a link is down for about as long as the lease, only one side may drop the other. Or each side's new
 /// announcements reach the other side before that has dropped it. Fast DDS 2.9.1 does not heal this: the two never
-/// exchange their endpoints again (docs/design/0005-process-recovery.md). So a participant quarantines a peer that is
-/// silent for most of the lease, and a peer that Fast DDS drops. Until the lease is over on both sides it neither
+/// exchange their endpoints again (docs/explanation/0005-process-recovery.md). So a participant quarantines a peer that
+/// is silent for most of the lease, and a peer that Fast DDS drops. Until the lease is over on both sides it neither
 /// receives from the peer nor sends to it. Then both discover each other again. LocalStallGuard does the same for a
 /// process that was itself stopped.
+///
+/// A peer with a longer lease may be silent for longer. Silence does not quarantine it, only its loss does.
+/// Participants of a cell have one lease. Programs of other DDS vendors have 10 s or more, and only listen in the
+/// meantime.
 
 #include <algorithm>
 #include <array>
@@ -34,8 +38,9 @@ class PeerQuarantine {
 
   explicit PeerQuarantine(Clock::duration lease) : lease_(lease) {}
 
-  /// Discovery has found a participant that receives at these addresses. A former peer with one of them is gone.
-  void found(const Prefix& peer, std::vector<Address> addresses, Clock::time_point now) {
+  /// Discovery has found a participant that receives at these addresses and announces this lease. A former peer with
+  /// one of the addresses is gone.
+  void found(const Prefix& peer, std::vector<Address> addresses, Clock::duration lease, Clock::time_point now) {
     const std::scoped_lock lock(mutex_);
     for (auto entry = peers_.begin(); entry != peers_.end();) {
       const bool replaced = entry->first != peer && entry->second.has_any(addresses);
@@ -46,6 +51,7 @@ class PeerQuarantine {
     Peer& known = peers_[peer];
     known.heard = std::max(known.heard, now);
     known.addresses = std::move(addresses);
+    known.may_be_silent = lease > lease_;
   }
   /// The peer has announced its departure. A quarantine goes on to its end.
   void left(const Prefix& peer, Clock::time_point now) {
@@ -89,7 +95,8 @@ class PeerQuarantine {
         entry = forget(entry);  // discovery finds it again
         continue;
       }
-      if (!peer.quarantined && now - std::max(peer.heard, since) > silence_limit(lease_)) begin_quarantine(peer, now);
+      if (!peer.quarantined && !peer.may_be_silent && now - std::max(peer.heard, since) > silence_limit(lease_))
+        begin_quarantine(peer, now);
       ++entry;
     }
   }
@@ -99,6 +106,7 @@ class PeerQuarantine {
     Clock::time_point heard{};
     Clock::time_point back{};  ///< end of its quarantine
     bool quarantined = false;
+    bool may_be_silent = false;  ///< its lease is longer
     std::vector<Address> addresses;
 
     [[nodiscard]] bool has_any(const std::vector<Address>& others) const {

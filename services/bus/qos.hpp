@@ -12,7 +12,7 @@ namespace hecaton::bus {
 /// 0 stays 0.
 [[nodiscard]] Duration duration(std::chrono::nanoseconds value);
 
-[[nodiscard]] dds::DataWriterQos writer_qos(const Qos& qos, bool keyed, int strength);
+[[nodiscard]] dds::DataWriterQos writer_qos(const Qos& qos, bool keyed);
 [[nodiscard]] dds::DataReaderQos reader_qos(const Qos& qos, bool keyed);
 
 /// The name of the policy for which an endpoint was refused: "deadline".

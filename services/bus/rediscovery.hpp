@@ -1,5 +1,5 @@
 #pragma once
-/// Timing of rediscovery: how participants that lost each other meet again (docs/design/0005-process-recovery.md).
+/// Timing of rediscovery: how participants that lost each other meet again (docs/explanation/0005-process-recovery.md).
 /// `lease` is the one of the participant and of its peers. Standard library only.
 
 #include <chrono>

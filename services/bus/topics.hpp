@@ -17,36 +17,44 @@ struct Qos {
   bool reliable = false;                    ///< lost samples are sent again
   bool transient_local = false;             ///< late joiners get the samples that the writer keeps
   int depth = 1;                            ///< number of samples kept for each key
-  bool exclusive = false;                   ///< of several writers of a key only the strongest living one counts
+  int reader_depth = 0;                     ///< the same of a reader, where writers compete for a key; 0: depth
   std::chrono::milliseconds deadline{0};    ///< for each key; Fast DDS cuts off fractions of a millisecond
   std::chrono::milliseconds lease{0};       ///< MANUAL_BY_TOPIC liveliness: only written samples count
   std::chrono::milliseconds heartbeat{20};  ///< of reliable writers with unacknowledged samples
   int instances = 512;                      ///< most keys at a time (Fast DDS has 10 by default)
   int retained = 0;                         ///< most living keys of a writer; a new one retires the oldest; 0: no limit
+  /// A participant that has written a key within this time is the key's only writer: readers refuse the samples of
+  /// others and report a second writer (stream_holder.hpp). 0: several participants may write a key.
+  std::chrono::milliseconds hold{0};
+  bool reports_writers = false;  ///< readers report two writers of a key, but refuse none: terms or rules decide
 };
 
+/// A row of the table of topics.
 struct TopicInfo {
-  std::string_view type;  ///< name of the message type, without its namespace
-  std::string_view name;  ///< on the wire
-  std::string_view writers;
-  std::string_view readers;
-  Qos qos;
+  std::string_view type;     ///< name of the message type, without its namespace
+  std::string_view name;     ///< on the wire
+  std::string_view writers;  ///< kinds of nodes
+  std::string_view readers;  ///< kinds of nodes
+  Qos qos;                   ///< of writers and readers
 };
 
-// Commands are not exclusive: the strongest writer that resumes would own them again, and the driver would not learn of
-// other writers. Their terms decide instead, and the driver counts refused commands. Replies are transient-local
-// because the replying side may discover the client's reader only after the request. They have no key; clients select
-// theirs by client and request number.
+// No topic has exclusive ownership: a writer of greater strength, also a forged one, would hide all other writers from
+// the readers. Terms decide between writers of commands and of cell modes. Readers keep several cell modes, so that one
+// of an old leader replaces none of the new leader before it is taken. Replies are transient-local because the replying
+// side may discover the client's reader only after the request. They have no key; clients select theirs by client and
+// request number.
 // clang-format off: a table
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
-  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms)                                \
+  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms, .hold = 200ms)                 \
   TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .lease = 20ms, .heartbeat = 5ms)              \
+  TOPIC(DeviceRequest, "", "cli", "driver", .reliable = true, .depth = 32)                                             \
+  TOPIC(DeviceReply, "", "driver", "cli", .reliable = true, .transient_local = true, .depth = 4)                       \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
-  TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms)                                                          \
+  TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms, .hold = 200ms)                                           \
   TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32)                                \
   TOPIC(WorldEditReply, "", "world", "cli perception", .reliable = true, .transient_local = true, .depth = 32)         \
-  TOPIC(RangeScan, sample.sensor(), "world driver", "planner", .reliable = false)                                      \
+  TOPIC(RangeScan, sample.sensor(), "world driver", "planner", .hold = 500ms)                                          \
   TOPIC(ContactReport, "", "world", "supervisor cli", .reliable = true, .transient_local = true)                       \
   TOPIC(Goal, sample.arm() + "/" + sample.goal(), "cli clients", "planner", .reliable = true, .transient_local = true, \
         .instances = 4096, .retained = 256)                                                                            \
@@ -55,12 +63,12 @@ struct TopicInfo {
   TOPIC(CoupledPlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                    \
   TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \
-  TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms)                               \
-  TOPIC(Reachability, sample.host(), "agent", "agent supervisor")                                                      \
+  TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms, .reports_writers = true)      \
+  TOPIC(Reachability, sample.host(), "agent", "agent supervisor", .hold = 200ms)                                       \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
-  TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .exclusive = true,               \
-        .deadline = 100ms, .lease = 100ms, .heartbeat = 5ms)                                                           \
+  TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .reader_depth = 32,              \
+        .deadline = 100ms, .lease = 100ms, .heartbeat = 5ms, .reports_writers = true)                                  \
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \

@@ -10,7 +10,9 @@ namespace {
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 negative outcome (goal blocked or rejected, contacts, tasks missed); 2 usage: unknown, "
     "missing or surplus command, option or choice; 3 bad input: an invalid value on the command line, in a file or in "
-    "the environment (number, name, cell, URDF, arm, object); 4 time-out; 5 no such cell reachable.";
+    "the environment (number, name, cell, URDF, arm, object); 4 time-out; 5 no such cell reachable; 130 "
+    "interrupted by Ctrl-C (SIGINT) or 143 by SIGTERM: reports have what was done so far; a second signal ends at "
+    "once.";
 
 void add_network_options(CLI::App& app, Settings& settings) {
   add_whole_number(
@@ -28,13 +30,20 @@ void add_commands(CLI::App& app, Session& session) {
   add_up(app, session);
   add_agent(app, session);
   add_status_commands(app, session);
+  add_view(app, session);
+  add_record(app, session);
+  add_bag(app, session);
+  add_replay(app, session);
+  add_explain(app, session);
   add_goal(app, session);
   add_wait(app, session);
   add_mode_commands(app, session);
+  add_device(app, session);
   add_obstacle(app, session);
   add_carry_commands(app, session);
   add_init(app, session);
   add_robots(app, session);
+  add_keystore(app, session);
   add_check(app, session);
   add_plan(app, session);
   add_simulate(app, session);

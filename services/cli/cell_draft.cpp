@@ -4,18 +4,17 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <optional>
 #include <sstream>
 
+#include "planner/cell_defaults.hpp"
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/collision/model_filter.hpp"
 #include "planner/local/random.hpp"
-#include "planner/model/kinematics.hpp"
 #include "planner/simulation/tasks.hpp"
+#include "services/cli/pose_finder.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
-#include "services/config/overlaps.hpp"
 #include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
@@ -28,32 +27,55 @@ using planner::JointVector;
 
 constexpr double kAssumedVelocity = 1.0;  ///< of joints without a velocity limit [rad/s | m/s]
 constexpr double kTilted = 0.1;           ///< a base with a larger roll or pitch does not stand on a floor [rad]
-constexpr double kFloorGap = 0.01;        ///< from the lowest base down to the floor [m]
 constexpr double kFloorThickness = 0.04;  ///< [m]
-/// Clearances that a pose found by sampling should have, the widest first [m].
-constexpr std::array<double, 3> kWanted = {0.08, 0.05, 0.03};
-/// Clearance to other arms and the floor with which a robot's own pose is taken [m].
-constexpr double kOwnPoseClearance = 0.03;
-constexpr int kPoseSamples = 2000;
-constexpr double kApart = 0.5;           ///< least distance of `ready` from `home` in joint space [rad | m]
+/// From the lowest base down to the floor; the first is taken that allows random goals and causes no warning [m]. The
+/// lowest moving link of a small arm always stays near the floor.
+constexpr std::array<double, 3> kFloorGaps = {0.01, 0.03, 0.05};
+constexpr double kTableHeight = 0.3;     ///< bases above this height stand on a table [m]
 constexpr double kPosePrecision = 1e-4;  ///< of poses in the file [rad | m]
 constexpr double kAboveFloor = 0.1;      ///< least height of the task area above the lowest base [m]
-constexpr int kReachSamples = 6000;
-constexpr int kTrials = 3;  ///< of drawing a task
+constexpr int kTrials = 6;               ///< of drawing a task, all of which must succeed
+/// Task areas that are tried in turn: size and raise as shares of the assumed size and radius. Near the bases and the
+/// floor few postures are clear.
+struct AreaShares {
+  double size;
+  double raise;
+};
+constexpr std::array<AreaShares, 4> kAreas = {{{1.0, 0.0}, {0.75, 0.0}, {0.75, 0.5}, {0.5, 0.75}}};
 
 /// An arm of the draft with its model.
 struct LoadedArm {
   const DraftArm* draft = nullptr;
   bool by_name = false;
   bool assumed_velocity = false;
-  planner::Arm arm;  ///< `named` has the robot's own poses at first, then those of the draft
+  bool has_bare_links = false;  ///< moving links without collision geometry
+  planner::Arm arm;             ///< `named` has the robot's own poses at first, then those of the draft
 };
 
-struct TaskCylinder {
-  Eigen::Vector3d centre_W;
-  double radius;
-  double half_height;
-};
+/// Loads the URDF; where it lacks velocity limits or collision geometry, with what the draft can write for it.
+void load_urdf_of(LoadedArm& loaded, planner::UrdfOptions& options) {
+  const std::string& path = loaded.draft->robot;
+  try {
+    loaded.arm.model = planner::load_arm_model(path, options);
+    return;
+  } catch (const planner::ModelError&) {
+    options.default_velocity = kAssumedVelocity;
+    options.names.default_velocity = loaded.draft->name + ".limits.velocity";
+  }
+  try {
+    loaded.arm.model = planner::load_arm_model(path, options);
+  } catch (const planner::ModelError&) {
+    options.allow_bare_links = true;
+    loaded.arm.model = planner::load_arm_model(path, options);  // throws again for any other fault
+    loaded.has_bare_links = true;
+  }
+  options.default_velocity.reset();
+  try {
+    static_cast<void>(planner::load_arm_model(path, options));
+  } catch (const planner::ModelError&) {
+    loaded.assumed_velocity = true;
+  }
+}
 
 LoadedArm load_arm(const DraftArm& draft) {
   LoadedArm loaded;
@@ -72,32 +94,18 @@ LoadedArm load_arm(const DraftArm& draft) {
     planner::SourceFiles sources;
     loaded.arm.model = config::load_named_robot(config::read_named_robot(draft.robot, sources), options);
   } else {
-    try {
-      loaded.arm.model = planner::load_arm_model(draft.robot, options);
-    } catch (const planner::ModelError&) {
-      options.default_velocity = kAssumedVelocity;
-      options.names.default_velocity = draft.name + ".limits.velocity";
-      loaded.arm.model = planner::load_arm_model(draft.robot, options);  // throws again for any other fault
-      loaded.assumed_velocity = true;
-    }
+    load_urdf_of(loaded, options);
   }
   loaded.arm.limits = loaded.arm.model->limits;
   loaded.arm.named = loaded.arm.model->named;
-  return loaded;
-}
-
-JointVector sample(const planner::JointLimits& limits, planner::Random& random) {
-  JointVector q(limits.lower.size());
-  for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
-    q[joint] = random.uniform(std::max(limits.lower[joint], -std::numbers::pi),
-                              std::min(limits.upper[joint], std::numbers::pi));
+  const planner::CellGeometry geometry({loaded.arm}, 0);
+  const auto& bodies = geometry.own_bodies();
+  if (std::none_of(bodies.begin(), bodies.end(), [](const planner::Body& body) { return body.moves; })) {
+    throw Failure(ExitCode::kBadInput, "'" + config::printable(draft.robot) +
+                                           "' has no collision geometry that a joint moves, so that nothing could keep "
+                                           "the arm clear: add <collision> elements to its links");
   }
-  return q;
-}
-
-/// The zero position, moved into the limits.
-JointVector nearest_to_zero(const planner::JointLimits& limits) {
-  return JointVector::Zero(limits.lower.size()).cwiseMax(limits.lower).cwiseMin(limits.upper);
+  return loaded;
 }
 
 double lowest_base(const std::vector<LoadedArm>& arms) {
@@ -106,8 +114,8 @@ double lowest_base(const std::vector<LoadedArm>& arms) {
   return lowest;
 }
 
-/// A box below all bases that the arms cannot reach over.
-world::Obstacle floor_below(const std::vector<LoadedArm>& arms) {
+/// A box below all bases, with its top `gap` [m] under the lowest, that the arms cannot reach over.
+world::Obstacle floor_below(const std::vector<LoadedArm>& arms, double gap) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
   Eigen::Vector2d high = -low;
   for (const LoadedArm& arm : arms) {
@@ -119,141 +127,13 @@ world::Obstacle floor_below(const std::vector<LoadedArm>& arms) {
   const auto tenths = [](double length) { return std::ceil(length * 10.0) / 10.0; };
   const Eigen::Vector2d middle = 0.5 * (low + high);
   world::Obstacle floor;
-  floor.name = "floor";
+  floor.name = lowest_base(arms) > kTableHeight ? "table" : "floor";
   floor.shapes.push_back(
       {world::Box{0.5 * Eigen::Vector3d(tenths(high.x() - low.x()), tenths(high.y() - low.y()), kFloorThickness)}});
   floor.X_WO.translation() =
       Eigen::Vector3d(std::round(middle.x() * 100.0) / 100.0, std::round(middle.y() * 100.0) / 100.0,
-                      lowest_base(arms) - kFloorGap - 0.5 * kFloorThickness);
+                      lowest_base(arms) - gap - 0.5 * kFloorThickness);
   return floor;
-}
-
-/// Chooses poses of the arms that are clear of themselves, of obstacles, and of other arms in the pose of that name.
-class PoseFinder {
- public:
-  PoseFinder(const std::vector<LoadedArm>& arms, std::vector<world::Obstacle> obstacles)
-      : obstacles_(std::move(obstacles)) {
-    std::vector<planner::Arm> models;
-    for (const LoadedArm& arm : arms) models.push_back(arm.arm);
-    for (std::size_t i = 0; i < arms.size(); ++i) {
-      geometries_.emplace_back(models, static_cast<int>(i));
-      geometries_.back().set_obstacles(obstacles_);
-    }
-  }
-
-  /// For each arm its own pose `name` if that is clear, else one that is; empty when an arm has none.
-  std::optional<std::vector<JointVector>> find(const std::vector<LoadedArm>& arms, const std::string& name) {
-    std::vector<JointVector> poses;
-    std::vector<std::vector<config::PosedBody>> placed;
-    for (std::size_t i = 0; i < arms.size(); ++i) {
-      const auto pose = find_one(arms[i], static_cast<int>(i), name, placed);
-      if (!pose) return std::nullopt;
-      placed.push_back(bodies(static_cast<int>(i), *pose));
-      poses.push_back(*pose);
-    }
-    return poses;
-  }
-
- private:
-  [[nodiscard]] std::vector<config::PosedBody> bodies(int arm, const JointVector& q) const {
-    return config::place_arm(obstacles_, geometries_[arm], arm, q);
-  }
-
-  [[nodiscard]] bool clear(int arm, const JointVector& q, const std::vector<std::vector<config::PosedBody>>& placed,
-                           double of_itself, double of_others) const {
-    const planner::CellGeometry& geometry = geometries_[arm];
-    const auto own = bodies(arm, q);
-    if (config::nearest_self_pair(own, geometry, of_itself).found) return false;
-    for (int i = 0; i < static_cast<int>(obstacles_.size()); ++i) {
-      const auto obstacle = config::place_obstacle(geometry, obstacles_[i], i);
-      if (config::nearest_pair(own, obstacle, of_others, true).found) return false;
-    }
-    return std::none_of(placed.begin(), placed.end(), [&](const std::vector<config::PosedBody>& other) {
-      return config::nearest_pair(own, other, of_others, false).found;
-    });
-  }
-
-  std::optional<JointVector> find_one(const LoadedArm& loaded, int arm, const std::string& name,
-                                      const std::vector<std::vector<config::PosedBody>>& placed) const {
-    const planner::Arm& model = loaded.arm;
-    if (const auto own = model.named.find(name); own != model.named.end()) {
-      if (clear(arm, own->second, placed, 0.0, kOwnPoseClearance)) return own->second;
-    }
-    const auto home = model.named.find("home");
-    const auto usable = [&](const JointVector& q) {
-      return name == "home" || home == model.named.end() || (q - home->second).norm() >= kApart;
-    };
-    std::vector<JointVector> candidates = {nearest_to_zero(model.limits)};
-    planner::Random random(static_cast<std::uint64_t>(arm) + (name == "home" ? 1U : 1001U));
-    for (int i = 0; i < kPoseSamples; ++i) candidates.push_back(sample(model.limits, random));
-    // The nearest to zero first: a posture that a person can imagine.
-    std::stable_sort(candidates.begin() + 1, candidates.end(), [&](const JointVector& a, const JointVector& b) {
-      return (a - candidates.front()).norm() < (b - candidates.front()).norm();
-    });
-    for (const double clearance : kWanted) {
-      for (const JointVector& q : candidates) {
-        // A pair of links that no posture brings far apart must not exclude all of them.
-        if (usable(q) && clear(arm, q, placed, 0.25 * clearance, clearance)) return q;
-      }
-    }
-    return std::nullopt;
-  }
-
-  std::vector<world::Obstacle> obstacles_;
-  std::vector<planner::CellGeometry> geometries_;
-};
-
-/// Tool positions in W at random configurations.
-std::vector<Eigen::Vector3d> sampled_tools(const planner::Arm& arm) {
-  planner::Random random(7);
-  planner::Kinematics kinematics;
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < kReachSamples; ++i) {
-    planner::forward_kinematics(*arm.model, arm.X_WB, sample(arm.limits, random), kinematics);
-    points.push_back(kinematics.X_WT.translation());
-  }
-  return points;
-}
-
-/// True if tools are in each eighth of the cylinder: quadrant, and upper or lower half.
-bool covers(const std::vector<Eigen::Vector3d>& tools, const TaskCylinder& cylinder) {
-  std::array<int, 8> eighths{};
-  for (const Eigen::Vector3d& p_W : tools) {
-    const Eigen::Vector3d d = p_W - cylinder.centre_W;
-    if (std::hypot(d.x(), d.y()) > cylinder.radius || std::abs(d.z()) > cylinder.half_height) continue;
-    ++eighths[(d.x() > 0.0 ? 1U : 0U) + (d.y() > 0.0 ? 2U : 0U) + (d.z() > 0.0 ? 4U : 0U)];
-  }
-  return std::all_of(eighths.begin(), eighths.end(), [](int count) { return count > 0; });
-}
-
-/// The largest cylinder of some between the arms that all of them reach.
-std::optional<TaskCylinder> common_cylinder(const std::vector<LoadedArm>& arms) {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double reach = 1e9;
-  std::vector<std::vector<Eigen::Vector3d>> tools;
-  for (const LoadedArm& arm : arms) {
-    tools.push_back(sampled_tools(arm.arm));
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& p : tools.back()) centre += p / static_cast<double>(tools.back().size());
-    double farthest = 0.0;
-    for (const Eigen::Vector3d& p : tools.back()) farthest = std::max(farthest, (p - centre).norm());
-    middle += centre / static_cast<double>(arms.size());
-    reach = std::min(reach, farthest);
-  }
-  const auto rounded = [](double length) { return std::round(length * 100.0) / 100.0; };
-  for (const double radius : {0.4, 0.32, 0.25, 0.18, 0.12}) {
-    for (const double height : {0.0, 0.15, -0.15, 0.3, -0.3}) {
-      TaskCylinder cylinder{{rounded(middle.x()), rounded(middle.y()), rounded(middle.z() + height * reach)},
-                            rounded(radius * reach),
-                            rounded(0.4 * radius * reach)};
-      if (cylinder.half_height <= 0.0) continue;
-      if (cylinder.centre_W.z() - cylinder.half_height < lowest_base(arms) + kAboveFloor) continue;
-      const bool all =
-          std::all_of(tools.begin(), tools.end(), [&](const auto& of_arm) { return covers(of_arm, cylinder); });
-      if (all) return cylinder;
-    }
-  }
-  return std::nullopt;
 }
 
 // The text.
@@ -261,7 +141,8 @@ std::optional<TaskCylinder> common_cylinder(const std::vector<LoadedArm>& arms) 
 std::string numbers_text(const auto& numbers, double precision) {
   std::string text = "[";
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(numbers.size()); ++i) {
-    text += (i > 0 ? ", " : "") + number_text(std::round(numbers[i] / precision) * precision);
+    const double rounded = std::round(numbers[i] / precision) * precision;
+    text += (i > 0 ? ", " : "") + number_text(rounded == 0.0 ? 0.0 : rounded);  // no "-0"
   }
   return text + "]";
 }
@@ -300,30 +181,37 @@ std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
     out << "    limits: {velocity: " << number_text(kAssumedVelocity)
         << "}   # the URDF has no velocity limit for some joint: write the real one\n";
   }
+  if (loaded.has_bare_links) {
+    out << "    allow_bare_links: true   # some moving link has no collision geometry and is kept clear of nothing: "
+           "add "
+           "<collision> to the URDF\n";
+  }
   std::string poses;
   for (const auto& [name, q] : loaded.arm.named) {
     if (is_own_pose(loaded, name, q)) continue;
     poses += "      " + name + ": " + numbers_text(q, kPosePrecision) + "\n";
   }
   if (!poses.empty())
-    out << "    poses:   # found by sampling: clear of the arm itself, of other arms and of the floor\n" << poses;
+    out << "    poses:   # compact ones, clear of the arm itself, of other arms and of the floor [rad, m]\n" << poses;
   return out.str();
 }
 
-std::string tasks_text(const std::optional<TaskCylinder>& cylinder) {
-  if (!cylinder) {
+std::string tasks_text(const std::optional<planner::TaskArea>& area) {
+  if (!area) {
     return "# Goals for `hecaton simulate` and `hecaton up --tasks`: all arms go from pose to pose together.\n"
-           "# Random goals instead: `tasks: {centre: [x, y, z], radius: r}`, a cylinder that two arms share.\n"
+           "# Random goals instead: `tasks: {centre: [x, y, z], radius: r}`, a cylinder that all arms reach.\n"
            "tasks:\n  pose_sequence: [home, ready]\n";
   }
   return "# Random goals for `hecaton simulate` and `hecaton up --tasks`: tool positions in a cylinder along z.\n"
-         "tasks:\n  centre: " +
-         numbers_text(cylinder->centre_W, 1e-9) +
-         "   # in the world frame [m]\n  radius: " + number_text(cylinder->radius) +
-         "\n  half_height: " + number_text(cylinder->half_height) + "\n";
+         "tasks:\n" +
+         std::string(area->of_each_arm ? "  frame: base   # each arm has its own cylinder: they have none in common\n"
+                                       : "") +
+         "  centre: " + numbers_text(area->centre, 1e-9) +
+         (area->of_each_arm ? "   # from the base of each arm [m]" : "   # in the world frame [m]") +
+         "\n  radius: " + number_text(area->radius) + "\n  half_height: " + number_text(area->half_height) + "\n";
 }
 
-std::string floor_text(const std::optional<world::Obstacle>& floor) {
+std::string floor_text(const std::optional<world::Obstacle>& floor, double lowest_base) {
   if (!floor) {
     return "# Everything that the arms must not touch, such as a table, is an obstacle:\n"
            "# obstacles:\n#   - name: table\n#     shapes: [{type: box, size: [1, 1, 0.04]}]\n"
@@ -331,7 +219,10 @@ std::string floor_text(const std::optional<world::Obstacle>& floor) {
   }
   const Eigen::Vector3d size = 2.0 * std::get<world::Box>(floor->shapes.front().shape).half_extents;
   return "# Everything that the arms must not touch, such as a table, is an obstacle.\nobstacles:\n"
-         "  - name: floor   # 1 cm below the lowest base\n    shapes: [{type: box, size: " +
+         "  - name: " +
+         floor->name + "   # its top is " +
+         number_text(std::round(100.0 * (lowest_base - floor->X_WO.translation().z() - 0.5 * size.z()))) +
+         " cm below the lowest base, its size is a guess: measure yours\n    shapes: [{type: box, size: " +
          numbers_text(size, 1e-9) +
          "}]\n    pose: {xyz: " + numbers_text(Eigen::Vector3d(floor->X_WO.translation()), 1e-9) + "}\n";
 }
@@ -341,14 +232,14 @@ std::string cell_name(const std::string& path) {
   return config::is_name(stem) ? stem : "cell";
 }
 
-std::string cell_text(const std::vector<LoadedArm>& arms, const std::optional<TaskCylinder>& cylinder,
+std::string cell_text(const std::vector<LoadedArm>& arms, const std::optional<planner::TaskArea>& area,
                       const std::optional<world::Obstacle>& floor, const std::string& path) {
   std::string text =
       "# A cell of Hecaton, written by `hecaton init`. Check it: hecaton check " + path +
       "\n# Lengths are in metres, angles in radians. The reference of the cell file explains every key.\nname: " +
-      cell_name(path) + "\n\n" + tasks_text(cylinder) + "\narms:\n";
+      cell_name(path) + "\n\n" + tasks_text(area) + "\narms:\n";
   for (const LoadedArm& arm : arms) text += arm_text(arm, fs::path(path).parent_path() / ".");
-  return text + "\n" + floor_text(floor);
+  return text + "\n" + floor_text(floor, lowest_base(arms));
 }
 
 bool draws_tasks(const planner::Cell& cell) {
@@ -359,6 +250,33 @@ bool draws_tasks(const planner::Cell& cell) {
     if (!starts || !generator.draw_conflicting_goals(random, *starts)) return false;
   }
   return true;
+}
+
+/// The first area in which tasks can be drawn: the area that a cell without tasks gets, made smaller or raised if need
+/// be. Empty: none.
+std::optional<planner::TaskArea> drawable_area(planner::Cell cell, const std::vector<LoadedArm>& arms) {
+  std::vector<planner::TaskArea> areas;
+  if (const auto assumed = planner::default_task_area(cell)) {
+    const auto rounded = [](double length) { return std::round(length * 100.0) / 100.0; };
+    const double lowest = lowest_base(arms);
+    const bool stands = !assumed->of_each_arm && assumed->centre.z() > lowest;
+    for (const AreaShares& shares : kAreas) {
+      planner::TaskArea area = *assumed;
+      area.radius = rounded(shares.size * assumed->radius);
+      area.half_height = rounded(shares.size * assumed->half_height);
+      area.centre = assumed->centre.unaryExpr(rounded);
+      if (stands) {
+        const double raised = assumed->centre.z() + shares.raise * assumed->radius;
+        area.centre.z() = rounded(std::max(raised, lowest + kAboveFloor + area.half_height));
+      }
+      if (area.radius > 0.0) areas.push_back(area);
+    }
+  }
+  for (const planner::TaskArea& area : areas) {
+    cell.tasks = area;
+    if (draws_tasks(cell)) return area;
+  }
+  return std::nullopt;
 }
 
 /// `q` with as many decimals as the file will have.
@@ -372,9 +290,14 @@ JointVector rounded_within(const JointVector& q, const planner::JointLimits& lim
 bool choose_poses(std::vector<LoadedArm>& arms, const std::optional<world::Obstacle>& floor) {
   std::vector<world::Obstacle> obstacles;
   if (floor) obstacles.push_back(*floor);
-  PoseFinder finder(arms, obstacles);
+  const auto models = [&] {
+    std::vector<planner::Arm> all;
+    for (const LoadedArm& arm : arms) all.push_back(arm.arm);
+    return all;
+  };
+  const PoseFinder finder(models(), obstacles);
   for (const char* name : {"home", "ready"}) {
-    const auto poses = finder.find(arms, name);
+    const auto poses = finder.find(models(), name);
     if (!poses) return false;
     for (std::size_t i = 0; i < arms.size(); ++i) {
       JointVector q = (*poses)[i];
@@ -431,28 +354,51 @@ CellDraft draft_cell(const std::vector<DraftArm>& drafts, const std::string& pat
   const bool upright = std::all_of(drafts.begin(), drafts.end(), [](const DraftArm& arm) {
     return std::abs(arm.base[3]) < kTilted && std::abs(arm.base[4]) < kTilted;
   });
-  std::optional<world::Obstacle> floor;
-  if (upright) floor = floor_below(arms);
-  if (!choose_poses(arms, floor)) {
-    floor.reset();
-    if (!choose_poses(arms, floor)) {
-      throw Failure(ExitCode::kBadInput,
-                    "the arms have no poses in which they are clear of themselves and of each other: move their bases "
-                    "apart, or check each robot alone with 'hecaton check'");
-    }
-  }
-  const auto draft_with = [&](const std::optional<TaskCylinder>& cylinder) {
+  const auto draft_with = [&](const std::optional<planner::TaskArea>& area,
+                              const std::optional<world::Obstacle>& floor) {
     CellDraft draft;
-    draft.text = cell_text(arms, cylinder, floor, path);
+    draft.text = cell_text(arms, area, floor, path);
     draft.file = config::parse_cell_file(draft.text, path);
+    draft.findings = config::validate(draft.file);
     return draft;
   };
-  std::optional<TaskCylinder> cylinder;
-  if (arms.size() > 1) cylinder = common_cylinder(arms);
-  CellDraft draft = draft_with(cylinder);
-  if (cylinder && !draws_tasks(draft.file.cell)) draft = draft_with(std::nullopt);
-  draft.findings = config::validate(draft.file);
-  return draft;
+  /// With the goals that the arms can have, in the cell that choose_poses() left.
+  const auto complete_draft = [&](const std::optional<world::Obstacle>& floor) {
+    CellDraft draft = draft_with(std::nullopt, floor);
+    if (arms.size() == 1) return draft;
+    const auto area = drawable_area(draft.file.cell, arms);
+    return area ? draft_with(area, floor) : draft;
+  };
+  // The floor that allows random goals, then one that causes no warning.
+  const auto value_of = [&](const CellDraft& draft) {
+    const bool warns = std::any_of(draft.findings.begin(), draft.findings.end(),
+                                   [](const auto& finding) { return finding.severity != config::Severity::kNote; });
+    const bool draws = arms.size() == 1 || draft.file.cell.tasks.pose_sequence.empty();
+    return (draws ? 2 : 0) + (warns ? 0 : 1);
+  };
+  constexpr int kBestValue = 3;
+  std::optional<CellDraft> best;
+  for (const double gap : kFloorGaps) {
+    const world::Obstacle floor = floor_below(arms, gap);
+    if (!upright || !choose_poses(arms, floor)) continue;
+    CellDraft draft = complete_draft(floor);
+    if (!best || value_of(draft) > value_of(*best)) best = std::move(draft);
+    if (value_of(*best) == kBestValue) break;
+  }
+  if (best) return *best;
+  if (!choose_poses(arms, std::nullopt)) {
+    throw Failure(ExitCode::kBadInput,
+                  "the arms have no poses in which they are clear of themselves and of each other: move their bases "
+                  "apart, or check each robot alone with 'hecaton check'");
+  }
+  return complete_draft(std::nullopt);
+}
+
+std::string goals_text(const planner::TaskArea& tasks) {
+  if (!tasks.pose_sequence.empty()) return "goals: all arms go from pose home to pose ready and back";
+  return "goals: random tool positions, within " + number_text(tasks.radius) + " m of [" +
+         number_text(tasks.centre.x()) + ", " + number_text(tasks.centre.y()) + ", " + number_text(tasks.centre.z()) +
+         (tasks.of_each_arm ? "] from each base" : "] in the world frame");
 }
 
 std::string next_steps(const config::CellFile& file, const std::vector<config::Finding>& findings) {
@@ -460,7 +406,9 @@ std::string next_steps(const config::CellFile& file, const std::vector<config::F
   if (!works) return "next: change what the errors name, then check again\n";
   const bool has_tasks =
       file.cell.tasks.radius > 0.0 || !file.cell.tasks.pose_sequence.empty() || !file.cell.tasks.problem.areas.empty();
-  const std::string goal = "hecaton goal " + file.cell.arms.front().arm.name + " --named home --wait";
+  const planner::Arm& arm = file.cell.arms.front().arm;
+  const std::string pose = arm.named.contains("ready") ? "ready" : "home";  // arms start at home
+  const std::string goal = "hecaton goal " + arm.name + " --named " + pose + " --wait";
   return (has_tasks ? "next: hecaton simulate " + file.path + " --tasks 100\n"
                     : "next: add tasks, or begin with a live cell\n") +
          "then: hecaton up " + file.path + ", and in a second terminal: " + goal + "\n";

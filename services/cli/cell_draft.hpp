@@ -28,15 +28,19 @@ struct CellDraft {
 };
 
 /// Drafts a cell file that is to stand at `path`. The draft has
-/// - poses `home` and `ready` of robots whose own poses are missing or in the way of another arm,
-/// - a floor below the lowest base, unless a base is tilted or no arm keeps clear of the floor,
-/// - tasks: a cylinder that all arms reach; if none is found, or no conflicting goals can be drawn in it, the poses
-///   `home` and `ready` in turn.
+/// - poses `home` and `ready`, compact ones, of robots whose own poses are missing or in the way of another arm,
+/// - a floor (a table under raised bases) 1 to 5 cm below the lowest base, unless a base is tilted or no arm keeps
+/// clear
+///   of it,
+/// - tasks: a cylinder in which tasks can be drawn; without one, or with a single arm, `home` and `ready` in turn.
 /// Deterministic; takes some seconds for ten arms. Throws Failure (bad input), planner::ModelError or
 /// config::ConfigError when no cell of these robots and bases can start.
 [[nodiscard]] CellDraft draft_cell(const std::vector<DraftArm>& arms, const std::string& path);
 
-/// What a user does after a check of the cell at `path`: lines with commands.
+/// Where the goals of the draft are: "random, in a cylinder …", or "from pose to pose …".
+[[nodiscard]] std::string goals_text(const planner::TaskArea& tasks);
+
+/// What a user does after a check of the cell: lines with commands.
 [[nodiscard]] std::string next_steps(const config::CellFile& file, const std::vector<config::Finding>& findings);
 
 }  // namespace hecaton::services::cli

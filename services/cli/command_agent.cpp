@@ -1,12 +1,9 @@
 /// hecaton agent: runs the agent of one host of a deployment in place of this process.
 
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
-#include <unistd.h>
 
 #include "services/cli/commands.hpp"
 #include "services/cli/running_cell.hpp"
@@ -23,6 +20,7 @@ struct Options {
   std::string log_level;
   bool no_restart = false;
   bool clean = false;
+  bool view = false;
 };
 
 std::vector<std::string> arguments_for(const Settings& settings, const Options& options) {
@@ -37,20 +35,13 @@ std::vector<std::string> arguments_for(const Settings& settings, const Options& 
   if (settings.domain) add("--domain", std::to_string(*settings.domain));
   if (options.no_restart) words.emplace_back("--no-restart");
   if (options.clean) words.emplace_back("--clean");
+  if (options.view) words.emplace_back("--view");
   return words;
 }
 
 /// Does not return; throws Failure when the agent cannot be run.
 ExitCode become_agent(const Settings& settings, const Options& options) {
-  std::string program = sibling_program("hecaton-agent");
-  std::vector<std::string> words = arguments_for(settings, options);
-  words.insert(words.begin(), program);
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  execv(program.c_str(), argv.data());
-  throw Failure(ExitCode::kBadInput, "program '" + program + "' cannot be run: " + std::strerror(errno));
+  become("hecaton-agent", arguments_for(settings, options));
 }
 
 }  // namespace
@@ -66,6 +57,7 @@ void add_agent(CLI::App& app, Session& session) {
              "lowest severity that is logged (info)");
   command->add_flag("--no-restart", options->no_restart, "do not restart services that exit");
   command->add_flag("--clean", options->clean, "delete the checkpoints and records of an earlier run");
+  command->add_flag("--view", options->view, "start the view on the first host also if the cell file has no key view");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_agent(session.settings, *options); };
   });

@@ -7,7 +7,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "planner/model/collision_filter.hpp"
 #include "planner/model/robot_model.hpp"
+#include "planner/model/urdf_loader.hpp"
 #include "planner/simulation/batch.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/cli/cell_draft.hpp"
@@ -76,23 +78,10 @@ std::string pose_text(const world::Pose& pose) {
   return text;
 }
 
+/// The first link that the joint moves.
 const planner::Link& link_of_joint(const planner::RobotModel& model, int joint) {
   return *std::find_if(model.links.begin(), model.links.end(),
                        [&](const planner::Link& link) { return link.joint == joint; });
-}
-
-std::string type_name(planner::JointType type) {
-  switch (type) {
-    case planner::JointType::kFixed:
-      return "fixed";
-    case planner::JointType::kRevolute:
-      return "revolute";
-    case planner::JointType::kContinuous:
-      return "continuous";
-    case planner::JointType::kPrismatic:
-      return "prismatic";
-  }
-  return "";
 }
 
 std::string range_text(double lower, double upper) {
@@ -115,10 +104,10 @@ std::string joint_table(const planner::RobotModel& model, const planner::JointLi
                {"unit"}});
   for (int j = 0; j < model.joints(); ++j) {
     const planner::Link& link = link_of_joint(model, j);
-    const bool prismatic = link.joint_type == planner::JointType::kPrismatic;
-    table.add({model.joint_names[j], type_name(link.joint_type), link.name,
-               range_text(limits.lower[j], limits.upper[j]), number_text(limits.velocity[j]),
-               number_text(limits.acceleration[j]), prismatic ? "m" : "rad"});
+    const planner::JointType type = joint_type(model, j);
+    table.add({model.joint_names[j], planner::urdf_type(type), link.name, range_text(limits.lower[j], limits.upper[j]),
+               number_text(limits.velocity[j]), number_text(limits.acceleration[j]),
+               type == planner::JointType::kPrismatic ? "m" : "rad"});
   }
   return table.text(palette);
 }
@@ -148,6 +137,13 @@ Json fast_json(const planner::LinkGeometry& geometry) {
   return {{"shape", shape_text(geometry.capsule->placed.capsule)}, {"excess_volume", geometry.capsule->excess_volume}};
 }
 
+Findings notes_of(const planner::RobotModel& model) {
+  Findings notes;
+  for (const std::string& note : model.notes) notes.push_back({config::Severity::kNote, note});
+  for (const std::string& note : model.details) notes.push_back({config::Severity::kNote, note});
+  return notes;
+}
+
 /// `limits`: of the cell file, which may be tighter than the model's.
 Json model_json(const planner::RobotModel& model, const planner::JointLimits& limits) {
   Json json{{"name", model.name}, {"links", model.links.size()}, {"tool_link", model.links[model.tool_link].name}};
@@ -155,7 +151,7 @@ Json model_json(const planner::RobotModel& model, const planner::JointLimits& li
   for (int j = 0; j < model.joints(); ++j) {
     const planner::Link& link = link_of_joint(model, j);
     json["joints"].push_back({{"name", model.joint_names[j]},
-                              {"type", type_name(link.joint_type)},
+                              {"type", planner::urdf_type(joint_type(model, j))},
                               {"link", link.name},
                               {"lower", limits.lower[j]},
                               {"upper", limits.upper[j]},
@@ -173,19 +169,46 @@ Json model_json(const planner::RobotModel& model, const planner::JointLimits& li
   json["self_pairs"] = {{"all", all_pairs(model)},
                         {"checked", model.self_pairs.size()},
                         {"filtered", all_pairs(model) - model.self_pairs.size()}};
-  json["warnings"] = model.notes;
+  json["findings"] = findings_json(notes_of(model));
   return json;
 }
 
-std::string model_text(const planner::RobotModel& model, const planner::JointLimits& limits, const Palette& palette) {
+/// The notes of the model, `with_details` or without them. `who` begins each.
+std::string notes_text(const planner::RobotModel& model, const std::string& who, bool with_details,
+                       const Palette& palette) {
+  std::string out;
+  const auto add = [&](const std::string& note) { out += palette.yellow("note") + ": " + who + note + "\n"; };
+  for (const std::string& note : model.notes) add(note);
+  if (!with_details) return out;
+  for (const std::string& note : model.details) add(note);
+  return out;
+}
+
+std::string model_text(const planner::RobotModel& model, const planner::JointLimits& limits, bool details,
+                       const Palette& palette) {
   std::string out = palette.bold("robot " + model.name) + ": " + std::to_string(model.joints()) + " joints, " +
                     std::to_string(model.links.size()) + " links, tool frame on link " +
                     model.links[model.tool_link].name + "\n\n" + joint_table(model, limits, palette) + "\n" +
                     geometry_table(model, palette) + "\n";
   out += "self-collision: " + std::to_string(model.self_pairs.size()) + " of " + std::to_string(all_pairs(model)) +
          " pairs of shapes are checked, all others are filtered\n";
-  for (const std::string& note : model.notes) out += palette.yellow("note") + ": " + note + "\n";
-  return out;
+  return out + notes_text(model, "", details, palette);
+}
+
+/// "arm left: tool frame on link J6; 7 shapes, up to 101 % larger than their meshes (J1); 12 of 21 pairs …"
+std::string summary_text(const planner::Arm& arm, const Palette& palette) {
+  const planner::RobotModel& model = *arm.model;
+  const auto loosest =
+      std::max_element(model.geometry.begin(), model.geometry.end(),
+                       [](const auto& one, const auto& other) { return one.excess_volume < other.excess_volume; });
+  std::string out = palette.bold("arm " + arm.name) + ": tool frame on link " + model.links[model.tool_link].name +
+                    "; " + std::to_string(model.geometry.size()) + " shapes";
+  if (loosest != model.geometry.end() && loosest->excess_volume > 0.0) {
+    out += ", up to " + percent_text(loosest->excess_volume, 1.0) + " larger than their meshes (" +
+           model.links[loosest->link].name + ")";
+  }
+  return out + "; self-collision of " + std::to_string(model.self_pairs.size()) + " of " +
+         std::to_string(all_pairs(model)) + " pairs is checked\n";
 }
 
 /// The word of the cell file.
@@ -243,22 +266,10 @@ std::string obstacles_table(const config::CellFile& file, const Palette& palette
   return table.text(palette);
 }
 
-const char* severity_name(config::Severity severity) {
-  switch (severity) {
-    case config::Severity::kError:
-      return "error";
-    case config::Severity::kWarning:
-      return "warning";
-    case config::Severity::kNote:
-      break;
-  }
-  return "note";
-}
-
 std::string findings_text(const Findings& findings, const Palette& palette) {
   std::string out;
   for (const config::Finding& finding : findings) {
-    const std::string name = severity_name(finding.severity);
+    const std::string name = config::name_of(finding.severity);
     out += (finding.severity == config::Severity::kError ? palette.red(name) : palette.yellow(name)) + ": " +
            finding.sentence + "\n";
   }
@@ -294,22 +305,22 @@ Json cell_json(const config::CellFile& file, const Findings& findings) {
                                  {"attached_to", obstacle.attachment ? obstacle.attachment->arm : ""},
                                  {"xyz_rpy", xyz_rpy_of(obstacle.X_WO)}});
   }
-  json["findings"] = Json::array();
-  for (const config::Finding& finding : findings) {
-    json["findings"].push_back({{"severity", severity_name(finding.severity)}, {"sentence", finding.sentence}});
-  }
+  json["findings"] = findings_json(findings);
   return json;
 }
 
-std::string cell_text(const config::CellFile& file, const Findings& findings, const Palette& palette) {
+/// Without `details` an arm has one line, and the notes that its user may act on.
+std::string cell_text(const config::CellFile& file, const Findings& findings, bool details, const Palette& palette) {
   const planner::Timing& timing = file.cell.timing;
   std::string out = palette.bold("cell " + file.cell.name) + ": DDS domain " + std::to_string(file.network.domain) +
                     ", planners every " + duration_text(timing.control_period) + ", drivers every " +
                     duration_text(timing.driver_period) + ", world every " + duration_text(timing.world_period) +
                     "\n\n" + arms_table(file, palette);
   if (!file.cell.scene.obstacles.empty()) out += "\n" + obstacles_table(file, palette);
+  if (!details) out += "\n";
   // Arms with the same robot and limits share a description.
   std::vector<const planner::Arm*> described;
+  std::string notes;
   for (const planner::PlannedArm& planned : file.cell.arms) {
     const planner::Arm& arm = planned.arm;
     const bool same = std::any_of(described.begin(), described.end(), [&](const planner::Arm* other) {
@@ -319,13 +330,21 @@ std::string cell_text(const config::CellFile& file, const Findings& findings, co
     });
     if (same) continue;
     described.push_back(&arm);
-    out += "\n" + palette.bold("arm " + arm.name) + ", " + model_text(*arm.model, arm.limits, palette);
+    if (details) {
+      out += "\n" + palette.bold("arm " + arm.name) + ", " + model_text(*arm.model, arm.limits, true, palette);
+    } else {
+      out += summary_text(arm, palette);
+      notes += notes_text(*arm.model, "arm " + arm.name + ": ", false, palette);
+    }
   }
-  return out + "\n" + findings_text(findings, palette) + verdict(findings, palette) + "\n" + next_steps(file, findings);
+  return out + "\n" + notes + findings_text(findings, palette) + verdict(findings, palette) + "\n" +
+         (details ? "" : "joints, limits, shapes and pairs: hecaton check " + file.path + " --details\n") +
+         next_steps(file, findings);
 }
 
 struct Options {
   std::string file;
+  bool details = false;
   RobotOptions robot;
 };
 
@@ -336,7 +355,8 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
                           number_text(planner::kAssumedRunUp) + " s");
   }
   const std::string next = "next: hecaton init -o cell.yaml left=" + options.file + "@\"0 0 0\"\n";
-  print(settings, model_json(model, model.limits), model_text(model, model.limits, Palette::for_stream(stdout)) + next);
+  print(settings, model_json(model, model.limits),
+        model_text(model, model.limits, options.details, Palette::for_stream(stdout)) + next);
   return ExitCode::kDone;
 }
 
@@ -357,8 +377,9 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
   require_interface(file);
   require_known_devices(file);
   Findings findings = config::validate(file);
+  for (std::string& note : device_notes(file)) findings.push_back({config::Severity::kNote, std::move(note)});
   check_draws(file, findings);
-  print(settings, cell_json(file, findings), cell_text(file, findings, Palette::for_stream(stdout)));
+  print(settings, cell_json(file, findings), cell_text(file, findings, options.details, Palette::for_stream(stdout)));
   const bool works = findings.empty() || findings.front().severity != config::Severity::kError;  // errors come first
   return works ? ExitCode::kDone : ExitCode::kBadInput;
 }
@@ -371,6 +392,8 @@ void add_check(CLI::App& app, Session& session) {
   auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "cell file (YAML), robot description (URDF) or name of a robot")
       ->required();
+  command->add_flag("--details", options->details,
+                    "also each joint, limit and shape of a cell's arms, and how meshes and link pairs were simplified");
   add_robot_options(*command, options->robot);
   command->footer(
       "Exit code 3 when the file is wrong, or when no task can be drawn in the cell, as of hecaton simulate.");

@@ -1,8 +1,10 @@
 /// hecaton init: writes a cell file for robots and their bases.
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -37,6 +39,14 @@ std::string robots_on_one_line() {
   return config::listed(words);
 }
 
+/// Throws Failure (bad input) unless the answer is a robot's name, or a file; a tool link may follow a colon.
+void require_robot(const std::string& answer) {
+  const std::string robot = answer.substr(0, answer.rfind(':'));
+  if (config::is_robot_name(robot) || std::filesystem::exists(robot)) return;
+  throw Failure(ExitCode::kBadInput, "'" + config::printable(robot) + "' is neither a robot's name nor a file; " +
+                                         config::robot_suggestion(robot));
+}
+
 void write_new(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wx");
   if (file == nullptr && errno == EEXIST) {
@@ -62,10 +72,10 @@ ExitCode run(const Options& options) {
   write_new(options.path, draft.text);
   for (const config::Finding& finding : draft.findings) {
     if (finding.severity == config::Severity::kNote) continue;
-    std::fprintf(stderr, "hecaton: %s\n", finding.sentence.c_str());
+    std::fprintf(stderr, "hecaton: %s\n", config::sentence_text(finding.sentence).c_str());
   }
-  std::printf("%s: %zu arm%s\nnext: hecaton check %s\n%s", options.path.c_str(), arms.size(),
-              arms.size() == 1 ? "" : "s", options.path.c_str(), next_steps(draft.file, draft.findings).c_str());
+  std::printf("%s: %zu arm%s\n%s\nnext: hecaton check %s\n", config::valid_utf8(options.path).c_str(), arms.size(),
+              arms.size() == 1 ? "" : "s", goals_text(draft.file.cell.tasks).c_str(), options.path.c_str());
   return ExitCode::kDone;
 }
 
@@ -75,20 +85,41 @@ std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out) {
   out << "Robots by name: " << robots_on_one_line()
       << ".\nA path of a URDF works as well. An empty arm name ends the list.\n";
   std::vector<std::string> arms;
+  std::vector<std::string> names;
+  std::string robot = "ur5e";
   for (;;) {
+    const auto asked = [&](const std::string& question, const std::string& otherwise, const auto& word_of) {
+      for (;;) {
+        const std::string answer = ask(in, out, question, otherwise);
+        try {
+          static_cast<void>(parse_draft_arm(word_of(answer)));
+          return answer;
+        } catch (const Failure& failure) {
+          out << failure.what() << "\n";
+        }
+      }
+    };
     const std::string number = std::to_string(arms.size() + 1);
     const std::string name = ask(in, out, "name of arm " + number, "");
     if (name.empty() && !arms.empty()) return arms;
-    const std::string robot = name.empty() ? "" : ask(in, out, "robot of " + name, "ur5e");
-    const std::string base =
-        name.empty() ? "" : ask(in, out, "base of " + name + ": x y z roll pitch yaw [m, rad]", "0 0 0 0 0 0");
-    const std::string word = name + "=" + robot + "@" + base;
-    try {
-      static_cast<void>(parse_draft_arm(word));
-      arms.push_back(word);
-    } catch (const Failure& failure) {
-      out << failure.what() << "\n";
+    if (!config::is_name(name)) {
+      out << "'" << config::printable(name) << "' must be " << config::kNameRule << ", such as left\n";
+      continue;
     }
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      out << "another arm has the name " << name << ": give this one another\n";
+      continue;
+    }
+    robot = asked("robot of " + name, robot, [&](const std::string& answer) {
+      require_robot(answer);
+      return name + "=" + answer;
+    });
+    // The first arm stands at the origin, the next ones beside it.
+    const std::string place = arms.empty() ? "0 0 0" : std::to_string(arms.size()) + " 0 0";
+    const std::string base = asked("base of " + name + ", x y z in m, or x y z roll pitch yaw in m and rad", place,
+                                   [&](const std::string& answer) { return name + "=" + robot + "@" + answer; });
+    arms.push_back(name + "=" + robot + "@" + base);
+    names.push_back(name);
   }
 }
 

@@ -21,9 +21,12 @@
 #include "services/cli/plots.hpp"
 #include "services/cli/task_report.hpp"
 #include "services/command_line/document.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/text.hpp"
+#include "services/config/validate.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -82,7 +85,38 @@ PlanOutcome timed(const Options& options, const Plan& plan, const Shorten& short
   return outcome;
 }
 
-PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options) {
+/// Shows the progress of planning, and ends it after a signal or at the end of the budget.
+class PlanWatch {
+ public:
+  PlanWatch(std::string method, double budget) : method_(std::move(method)), budget_(budget) {}
+
+  /// `spent` and the budget are both real or both virtual time [s].
+  [[nodiscard]] bool ended(double spent) {
+    if (interruption_.requested()) {
+      interrupted_ = interruption_.after(std::min(spent, budget_), budget_, "s");
+      return true;
+    }
+    progress_.show(method_, std::floor(spent), budget_, "s at most");
+    return spent > budget_;
+  }
+  /// Clears the progress. Sets the outcome to what a signal has left of it.
+  void conclude(PlanOutcome& outcome) {
+    progress_.clear();
+    outcome.interrupted = interrupted_;
+    if (!interrupted_ || outcome.plan.solved()) return;
+    outcome.plan.reason = "no path was found before the signal: " + outcome.effort;
+  }
+
+ private:
+  std::string method_;
+  double budget_;  ///< [s]
+  std::optional<Interrupted> interrupted_;
+  Interruption interruption_;
+  Progress progress_;
+};
+
+PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options,
+                      PlanWatch& watch) {
   global::PlanOptions plan_options;
   plan_options.planner = global::built_in_planners().at(options.method);
   plan_options.seed = options.seed;
@@ -93,7 +127,7 @@ PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, 
   PlanOutcome outcome = timed(
       options,
       [&](Clock::time_point began) {
-        plan_options.budget.ended = [began, &options] { return microseconds_since(began) > 1e6 * options.budget; };
+        plan_options.budget.ended = [began, &watch] { return watch.ended(1e-6 * microseconds_since(began)); };
         return global::plan(validity, query.start, query.goal, plan_options);
       },
       [&](global::Plan& plan) { global::simplify(validity, plan_options, plan); });
@@ -109,19 +143,22 @@ PlanOutcome by_field(const PlanQuery& query, const Options& options) {
 }
 
 /// The path is the simulated motion, which is not shortened.
-PlanOutcome by_simulation(const PlanQuery& query, const global::Validity& validity, const Options& options) {
+PlanOutcome by_simulation(const PlanQuery& query, const global::Validity& validity, const Options& options,
+                          PlanWatch& watch) {
   PlanOutcome outcome;
   outcome.method = options.method;
   outcome.seed = options.seed;
   const auto began = Clock::now();
-  SimulatedPlan simulated = plan_by_simulation(query, validity, options.method, options.seed, options.plot);
+  SimulatedPlan simulated = plan_by_simulation(query, validity, options.method, options.seed, options.plot,
+                                               [&watch](double time) { return watch.ended(time); });
   outcome.planning_us = microseconds_since(began);
   outcome.plan = std::move(simulated.plan);
   outcome.duration = simulated.duration;
   outcome.effort = "simulated " + duration_text(simulated.duration) + ", " + std::to_string(outcome.plan.iterations) +
                    (outcome.plan.iterations == 1 ? " search, " : " searches, ") + std::to_string(outcome.plan.nodes) +
                    " points known";
-  if (simulated.plots > 0) std::fprintf(stderr, "%d plots in %s\n", simulated.plots, options.plot.c_str());
+  if (simulated.plots > 0)
+    std::fprintf(stderr, "%d plots in %s\n", simulated.plots, config::valid_utf8(options.plot).c_str());
   return outcome;
 }
 
@@ -225,19 +262,24 @@ ExitCode run(const Settings& settings, const Options& options) {
   const global::Validity validity(query.planned, query.world, validity_options);
   planner::ToolGoalAnswer tool;
   if (query.tool) tool = resolve_tool_goal(query, goal_check(query, validity, options));
+  PlanWatch watch(options.method, simulates ? query.time_limit : options.budget);
   PlanOutcome outcome = tool.rejection           ? rejected(options, std::move(tool))
-                        : simulates              ? by_simulation(query, validity, options)
+                        : simulates              ? by_simulation(query, validity, options, watch)
                         : path == Path::kDescent ? by_field(query, options)
-                                                 : by_search(query, validity, options);
+                                                 : by_search(query, validity, options, watch);
+  watch.conclude(outcome);
   if (outcome.plan.solved()) {
     outcome.clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kAll);
     outcome.obstacle_clearance = smallest_clearance(validity, outcome.plan, global::Validity::Pairs::kNotOwn);
     if (!simulates) time_path(validity, options, outcome);
   }
-  outcome.notes = query.notes;
-  for (const std::string& note : query.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  for (const std::string& note : query.notes) {
+    outcome.findings.push_back({config::Severity::kNote, note});
+    std::fprintf(stderr, "note: %s\n", config::sentence_text(note).c_str());
+  }
   if (!options.plot.empty() && !simulates && !query.goal.empty()) write_plot(query, validity, outcome, options);
   print(settings, plan_json(outcome, options.period), plan_text(outcome, options.period, Palette::for_stream(stdout)));
+  if (outcome.interrupted) return outcome.interrupted->exit_code();
   return outcome.plan.solved() ? ExitCode::kDone : ExitCode::kNegative;
 }
 
@@ -322,7 +364,8 @@ void add_plan(CLI::App& app, Session& session) {
       "Planners sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit.\n"
       "For these --seed is the seed of the sensor noise, and --budget and --raw have no effect.\n"
       "Links of one arm must not touch, whatever --clearance is.\n"
-      "Exit code 1 when no path was found; the output has the reason.");
+      "Exit code 1 when no path was found; the output has the reason. Ctrl-C ends the search, with exit code 130:\n"
+      "a path that is found already is printed, though it may not be shortened.");
   command->callback([&session, options, command] {
     check_robot_options(options->arguments.robot);
     check_tool_goal_options(*command);

@@ -25,10 +25,7 @@ std::shared_ptr<const planner::RobotModel> model_of(const NamedRobot& robot, con
 }
 
 bool slides(const planner::RobotModel& model, int joint) {
-  for (const planner::Link& link : model.links) {
-    if (link.joint == joint) return link.joint_type == planner::JointType::kPrismatic;
-  }
-  return false;
+  return planner::joint_type(model, joint) == planner::JointType::kPrismatic;
 }
 
 Json tool_json(const NamedRobot& robot, const config::RobotTool& tool) {
@@ -54,12 +51,6 @@ Json robot_json(const NamedRobot& robot) {
           {"urdf", robot.urdf}, {"tools", tools},       {"sources", robot.sources}, {"approximate", robot.approximate}};
 }
 
-std::string sentences(const std::vector<std::string>& list) {
-  std::string text;
-  for (const std::string& sentence : list) text.append(text.empty() ? "" : "; ").append(sentence);
-  return text;
-}
-
 /// "6", or "7 + 7" for two arms.
 std::string joints_text(const NamedRobot& robot) {
   std::string text;
@@ -74,14 +65,13 @@ std::string robots_table(const std::vector<NamedRobot>& robots, const Palette& p
                {"product"},
                {"joints", Align::kRight},
                {"reach [m]", Align::kRight},
-               {"payload [kg]", Align::kRight},
-               {"sources"},
-               {"approximate"}});
+               {"payload [kg]", Align::kRight}});
   for (const NamedRobot& robot : robots) {
-    table.add({robot.name, robot.title, joints_text(robot), number_text(robot.reach), number_text(robot.payload),
-               sentences(robot.sources), sentences(robot.approximate)});
+    table.add({robot.name, robot.title, joints_text(robot), number_text(robot.reach), number_text(robot.payload)});
   }
-  return table.text(palette);
+  return table.text(palette) +
+         "\njoints, limits, poses, sources and what is approximate: hecaton robots NAME\n"
+         "another robot: every command takes the path of its URDF in place of a name\n";
 }
 
 std::string robot_text(const NamedRobot& robot, const Palette& palette) {
@@ -132,7 +122,7 @@ void add_robots(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand(
       "robots", "Lists the robots that `robot:` in a cell file, and commands in place of a URDF, know by name");
   auto name = std::make_shared<std::string>();
-  command->add_option("ROBOT", *name, "only this one, with joints and home pose");
+  command->add_option("ROBOT", *name, "only this one, with joints, home pose, sources and what is approximate");
   command->footer("The environment variable HECATON_ROBOTS names another folder of robots.");
   command->callback([&session, name] { session.action = [&session, name] { return run(session.settings, *name); }; });
 }

@@ -1,5 +1,6 @@
 /// hecaton simulate: many tasks of a cell in virtual time, without network.
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "services/cli/episode_recorder.hpp"
 #include "services/cli/plots.hpp"
 #include "services/cli/task_report.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
@@ -37,25 +39,76 @@ struct Options {
 /// Replaces the velocity limits of all revolute joints.
 void limit_speed(planner::Cell& cell, double speed) {
   for (planner::PlannedArm& planned : cell.arms) {
-    for (const planner::Link& link : planned.arm.model->links) {
-      if (link.joint >= 0 && link.joint_type != planner::JointType::kPrismatic) {
-        planned.arm.limits.velocity[link.joint] = speed;
+    for (int j = 0; j < planned.arm.model->joints(); ++j) {
+      if (planner::joint_type(*planned.arm.model, j) != planner::JointType::kPrismatic) {
+        planned.arm.limits.velocity[j] = speed;
       }
     }
   }
 }
 
-/// With such states most tasks are missed, and the report alone does not show why.
-void warn_of_stale_states(const planner::Cell& cell, const planner::NetworkParameters& network) {
+using Findings = std::vector<config::Finding>;
+
+/// Also on stderr.
+void warn(Findings& findings, std::string sentence) {
+  std::fprintf(stderr, "hecaton: %s\n", config::sentence_text(sentence).c_str());
+  findings.push_back({config::Severity::kWarning, std::move(sentence)});
+}
+
+/// With such states most tasks are missed, and the counts alone do not show why.
+void warn_of_stale_states(const planner::Cell& cell, const planner::NetworkParameters& network, Findings& findings) {
   const double oldest = network.age + network.jitter;
   for (const planner::PlannedArm& planned : cell.arms) {
     if (oldest <= planned.parameters.state_age_limit) continue;
-    std::fprintf(stderr,
-                 "hecaton: states are up to %s old; arm %s stops at states older than its state_age_limit = %s\n",
-                 duration_text(oldest).c_str(), planned.arm.name.c_str(),
-                 duration_text(planned.parameters.state_age_limit).c_str());
+    warn(findings,
+         "states are up to " + duration_text(oldest) + " old; arm " + planned.arm.name +
+             " stops at states older than its state_age_limit = " + duration_text(planned.parameters.state_age_limit));
     return;
   }
+}
+
+/// Shows the progress of a batch, and ends the batch after a signal.
+class BatchWatch {
+ public:
+  BatchWatch(const planner::Cell& cell, planner::BatchOptions& batch)
+      : asked_(batch.tasks), period_(cell.timing.control_period) {
+    batch.progress = [this](int done) { done_ = done; };
+    batch.ended = [this] {
+      constexpr int kShownEvery = 64;  // periods
+      if (++periods_ % kShownEvery == 0) show();
+      return interruption_.requested();
+    };
+  }
+  [[nodiscard]] std::optional<Interrupted> interrupted(const planner::BatchReport& report) const {
+    if (!report.ended_early) return std::nullopt;
+    return interruption_.after(report.tasks + report.not_drawn, asked_, "tasks");
+  }
+  void end() { progress_.clear(); }
+
+ private:
+  void show() {
+    progress_.show("simulate", done_, asked_, "tasks",
+                   duration_text(static_cast<double>(periods_.load()) * period_) + " simulated");
+  }
+
+  int asked_;
+  double period_;  ///< [s]
+  std::atomic<int> done_ = 0;
+  std::atomic<std::int64_t> periods_ = 0;
+  Interruption interruption_;
+  Progress progress_;
+};
+
+std::vector<MissedTask> missed_of(const planner::Cell& cell, const std::vector<planner::MissedTask>& missed) {
+  std::vector<MissedTask> list;
+  for (const planner::MissedTask& task : missed) {
+    list.push_back({task.episode + 1,
+                    cell.arms[task.arm].arm.name,
+                    task.outcome == planner::TaskOutcome::kTimedOut ? "timed_out" : "blocked",
+                    {task.goal.begin(), task.goal.end()},
+                    task.reason});
+  }
+  return list;
 }
 
 Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
@@ -67,7 +120,9 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.reached = batch.reached;
   report.blocked = batch.blocked;
   report.timed_out = batch.timed_out;
-  report.not_drawn = options.batch.tasks - batch.tasks;
+  report.asked = options.batch.tasks;
+  report.not_drawn = batch.not_drawn;
+  report.missed = missed_of(cell, batch.missed);
   report.contacts = batch.contacts;
   if (batch.has_smallest) report.smallest = batch.smallest;
   report.duration = batch.duration;
@@ -110,7 +165,8 @@ ExitCode run(const Settings& settings, const Options& options) {
     }
   }
   if (options.speed > 0.0) limit_speed(cell, options.speed);
-  warn_of_stale_states(cell, options.batch.network);
+  Findings findings;
+  warn_of_stale_states(cell, options.batch.network, findings);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchOptions batch_options = options.batch;
   std::optional<EpisodePlotter> plotter;
@@ -123,16 +179,23 @@ ExitCode run(const Settings& settings, const Options& options) {
       if (recorder) recorder->record(moment);
     };
   }
+  BatchWatch watch(cell, batch_options);
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
+  watch.end();
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
-  if (plotter) std::fprintf(stderr, "%d plots in %s\n", plotter->plots(), options.plot.c_str());
+  if (plotter) std::fprintf(stderr, "%d plots in %s\n", plotter->plots(), config::valid_utf8(options.plot).c_str());
   if (recorder) recorder->finish();
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-  if (batch.tasks == 0) throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
-  if (!batch.failure.empty()) std::fprintf(stderr, "hecaton: %s\n", batch.failure.c_str());
+  if (batch.tasks == 0 && !batch.ended_early) {
+    throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
+  }
+  if (!batch.failure.empty()) warn(findings, batch.failure);
+  const std::optional<Interrupted> interrupted = watch.interrupted(batch);
 
   const double running = 1e-6 * batch.computing.run_us;
-  const Report report = make_report(cell, options, std::move(batch));
+  Report report = make_report(cell, options, std::move(batch));
+  report.findings = std::move(findings);
+  report.interrupted = interrupted;
   print(settings, to_json(report), table_text(report, Palette::for_stream(stdout)));
   if (!options.report.empty()) write_report(options.report, report);
   std::fprintf(stderr, "%s simulated in %s: %.1f simulated seconds per second\n",
@@ -142,7 +205,7 @@ ExitCode run(const Settings& settings, const Options& options) {
     std::fprintf(stderr, "episodes alone, without setup and the search for tasks: %.1f simulated seconds per second\n",
                  report.duration / running);
   }
-  return report.positive() ? ExitCode::kDone : ExitCode::kNegative;
+  return report.exit_code();
 }
 
 }  // namespace
@@ -203,9 +266,9 @@ void add_simulate(CLI::App& app, Session& session) {
   command->footer(
       "Exit code 1 when a task was missed, a task had no free goals, or there was a contact; 3 when the first 50 "
       "episodes "
-      "(of one task per arm), or all of them, had no free goals. Measured durations go to stderr, so that the report "
-      "is "
-      "the same in every run.");
+      "(of one task per arm), or all of them, had no free goals. Ctrl-C prints the report of the "
+      "complete episodes, with exit code 130. Measured durations go to stderr, so that the report is the same in every "
+      "run.");
   command->callback([&session, options] {
     if (options->batch.network.jitter > options->batch.network.age) {
       throw Failure(ExitCode::kBadInput, "--jitter = " + duration_text(options->batch.network.jitter) +

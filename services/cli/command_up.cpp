@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
@@ -15,10 +17,14 @@
 #include "services/cli/status_output.hpp"
 #include "services/cli/task_report.hpp"
 #include "services/cli/task_rounds.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/text.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
+#include "services/runtime/node_name.hpp"
 #include "services/runtime/options.hpp"
 
 namespace hecaton::services::cli {
@@ -33,8 +39,11 @@ struct Options {
   std::string report;
   std::string log_dir;
   bool headless = false;
+  bool view = false;
   double start_timeout = 30.0;  // [s]
 };
+
+constexpr auto kViewLimit = 5s;  // for the start of hecaton-view
 
 double since(Clock::time_point began) {
   return std::chrono::duration<double>(Clock::now() - began).count();
@@ -48,7 +57,7 @@ class Display {
 
   void line(const std::string& text) {
     last_line_ = text;
-    if (!in_place_) std::fprintf(stderr, "[%7.2f s] %s\n", since(began_), text.c_str());
+    if (!in_place_) std::fprintf(stderr, "[%7.2f s] %s\n", since(began_), config::valid_utf8(text).c_str());
   }
   void cell(const msg::CellStatus& status) {
     if (!in_place_) return;
@@ -75,7 +84,12 @@ class Run {
         domain_(domain_of(settings, file)),
         display_(options.headless),
         logs_(options.log_dir, file.cell.name),
-        file_(file) {}
+        file_(file) {
+    report_.cell = file.cell.name;
+    report_.method = "as configured";
+    report_.seed = options.tasks.seed;
+    report_.asked = options.tasks.tasks;
+  }
 
   ExitCode run() {
     refuse_occupied_domain(domain_);
@@ -84,10 +98,11 @@ class Run {
     bool clean = true;
     ExitCode code = ExitCode::kDone;
     {
-      RunningCell cell(file_, {domain_, logs_.path()});
+      RunningCell cell(file_, {domain_, logs_.path(), options_.view});
       if (cell.wait_until_up(options_.start_timeout, [&](const std::string& text) { display_.line(text); })) {
         start_up_ = since(began_);
         display_.line("the cell is up");
+        if (options_.view || file_.view) announce_page(cell);
         if (options_.tasks.tasks > 0) {
           give_tasks(cell);
         } else {
@@ -96,6 +111,10 @@ class Run {
       }
       display_.line("stopping the cell");
       clean = cell.agent().end();
+      const bool complete = report_.tasks + report_.not_drawn >= report_.asked;
+      if (cell.signal() != 0 && !complete) {
+        report_.interrupted = Interrupted{cell.signal(), report_.tasks, report_.asked, "tasks"};
+      }
     }
     if (!clean) display_.line("some processes did not end in time and were killed");
     if (options_.tasks.tasks > 0) code = conclude();
@@ -108,6 +127,26 @@ class Run {
     ServiceOptions options;
     options.domain = settings.domain;
     return choose_domain(options, file.network.domain);
+  }
+
+  /// Says where the page is as soon as the view sends heartbeats, or why it is not there. The cell runs without it.
+  void announce_page(RunningCell& cell) {
+    const auto until = Clock::now() + kViewLimit;
+    while (!cell.interrupted()) {
+      for (const msg::NodeStatus& node : cell.status().nodes()) {
+        if (node.heartbeat().node() != view_node()) continue;
+        const msg::Cause& cause = node.heartbeat().cause();
+        const std::string url = config::view_url(file_.view.value_or(config::View{}), domain_);
+        display_.line(is_none(cause) ? "its page: " + url : "no page: " + cause.text());
+        return;
+      }
+      if (Clock::now() > until) {
+        display_.line("no page: hecaton-view has not started within 5 s; see its log in " + logs_.path());
+        return;
+      }
+      static_cast<void>(cell.poll());
+      static_cast<void>(cell.connection().wait_until([&] { return cell.interrupted(); }, 50ms));
+    }
   }
 
   void watch(RunningCell& cell) {
@@ -151,7 +190,11 @@ class Run {
                          display_.cell(cell.status());
                        },
                        [&](const std::string& text) { display_.line(text); }});
-    rounds.run();
+    try {
+      rounds.run();
+    } catch (const Failure& failure) {  // of the cell; the report has the tasks before it
+      failure_ = failure;
+    }
 
     // Waits for one more report of the contact monitor: it covers all motion until now.
     update_contacts();
@@ -159,15 +202,15 @@ class Run {
     static_cast<void>(cell.connection().wait_until(
         [&] {
           update_contacts();
-          return contacts.time() > last;
+          return failure_ || contacts.time() > last;
         },
         1s));
-    static_cast<void>(cell.poll());
+    if (!failure_) static_cast<void>(cell.poll());
     ticks.update(cell.status());
 
-    report_ = rounds.tally();
-    report_.cell = file_.cell.name;
-    report_.method = "as configured";
+    const Report begun = std::exchange(report_, rounds.tally());
+    report_.cell = begun.cell;
+    report_.method = begun.method;
     report_.contacts = contacts.contacts();
     report_.smallest = contacts.smallest();
     report_.duration = since(began);
@@ -177,13 +220,12 @@ class Run {
       report_.extra["tick_us_worst_window"] = {{"p50", worst->p50}, {"p99", worst->p99}, {"max", worst->max}};
     }
     report_.extra["rounds"] = rounds.rounds();
-    report_.extra["missed"] = rounds.missed();
     report_.extra["start_up_s"] = start_up_;
     report_.extra["processes"] = usage.end(cell.status());
   }
 
   ExitCode conclude() {
-    report_.extra["tasks_asked"] = options_.tasks.tasks;
+    if (failure_) report_.findings.push_back({config::Severity::kError, failure_->what()});
     report_.extra["wall_s"] = since(began_);
     std::string text = table_text(report_, Palette::for_stream(stdout));
     text += "wall time            " + duration_text(since(began_)) + ", start-up " + duration_text(start_up_) + "\n";
@@ -194,16 +236,14 @@ class Run {
       text += "fault: " + fault.at("description").get<std::string>() + ", for " +
               duration_text(fault.at("duration_s").get<double>()) + "\n";
     }
-    for (const Json& missed : report_.extra.value("missed", Json::array())) {
-      text += "missed: " + missed.at("arm").get<std::string>() + " " + missed.at("why").get<std::string>() + "\n";
-    }
-    if (report_.tasks < options_.tasks.tasks) {
-      text += "interrupted: " + std::to_string(report_.tasks) + " of " + std::to_string(options_.tasks.tasks) +
-              " tasks ended\n";
+    for (const config::Finding& finding : report_.findings) {
+      if (!failure_) std::fprintf(stderr, "hecaton: %s\n", config::sentence_text(finding.sentence).c_str());
     }
     print(settings_, to_json(report_), text);
     if (!options_.report.empty()) write_report(options_.report, report_);
-    return report_.positive() && report_.tasks == options_.tasks.tasks ? ExitCode::kDone : ExitCode::kNegative;
+    if (failure_) throw Failure(*failure_);
+    const bool none_drawn = report_.tasks == 0 && report_.not_drawn > 0;
+    return none_drawn ? ExitCode::kBadInput : report_.exit_code();
   }
 
   const Settings& settings_;
@@ -215,6 +255,7 @@ class Run {
   Clock::time_point began_ = Clock::now();
   double start_up_ = 0.0;
   std::string faults_;
+  std::optional<Failure> failure_;  ///< of the cell, while it did tasks
   Report report_;
 };
 
@@ -241,6 +282,7 @@ void add_up(CLI::App& app, Session& session) {
       kMostTasks);
   add_seed(*command, tasks.seed, "of the random goals (1)");
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
+  command->add_flag("--view", options->view, "start hecaton-view also if the cell file has no key view");
   command->add_flag("--headless", options->headless, "print lines of progress instead of a live view of the cell");
   command
       ->add_option("--log-dir", options->log_dir,
@@ -249,7 +291,9 @@ void add_up(CLI::App& app, Session& session) {
   add_duration(*command, "--start-timeout", options->start_timeout, "time limit for the start of the cell (30s)", 0.1,
                3600.0);
   command->footer(
-      "Exit code with --tasks: 0 when all were reached without contact, otherwise 1. Contacts and separations are the "
+      "Exit code with --tasks: 0 when all were reached without contact, 3 when no goals could be drawn, otherwise 1. "
+      "Ctrl-C prints the report of the tasks so far, with exit code 130; a second Ctrl-C ends at once. Contacts and "
+      "separations are the "
       "contact monitor's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });

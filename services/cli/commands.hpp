@@ -20,6 +20,7 @@ void add_status_commands(CLI::App& app, Session& session);  ///< status, arms, f
 void add_goal(CLI::App& app, Session& session);
 void add_wait(CLI::App& app, Session& session);
 void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, stop
+void add_device(CLI::App& app, Session& session);
 void add_obstacle(CLI::App& app, Session& session);
 void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach
 void add_check(CLI::App& app, Session& session);
@@ -27,6 +28,12 @@ void add_init(CLI::App& app, Session& session);
 void add_robots(CLI::App& app, Session& session);
 void add_plan(CLI::App& app, Session& session);
 void add_simulate(CLI::App& app, Session& session);
+void add_view(CLI::App& app, Session& session);
+void add_record(CLI::App& app, Session& session);
+void add_keystore(CLI::App& app, Session& session);
+void add_bag(CLI::App& app, Session& session);  ///< bag info, bag export
+void add_replay(CLI::App& app, Session& session);
+void add_explain(CLI::App& app, Session& session);
 
 /// Asks for the arms of `hecaton init` until an empty name ends the list; answers that are no arm are explained and
 /// asked again. Returns words for parse_draft_arm(), at least one. Throws Failure (usage) when the input ends earlier.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +17,9 @@
 #include "services/cli/robot_options.hpp"
 #include "services/cli/tool_goal_options.hpp"
 #include "services/command_line/document.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/validate.hpp"
 
 namespace hecaton::services::cli {
 
@@ -92,8 +95,10 @@ struct SimulatedPlan {
 /// Simulates the only planned arm moving by `method` from start to goal; everything else stands still. `seed`: of its
 /// sensors' noise. `plot`: folder for a plot of every step; empty: none. A plan that is not solved says why. Throws
 /// Failure when the query has several arms, when the cell does not suit the method, and when a plot cannot be written.
+/// `ended`: called with the virtual time [s] in every period; true ends the simulation.
 [[nodiscard]] SimulatedPlan plan_by_simulation(const PlanQuery& query, const planner::global::Validity& validity,
-                                               const std::string& method, std::uint64_t seed, const std::string& plot);
+                                               const std::string& method, std::uint64_t seed, const std::string& plot,
+                                               const std::function<bool(double)>& ended);
 
 /// The result, for printing.
 struct PlanOutcome {
@@ -110,7 +115,8 @@ struct PlanOutcome {
   planner::AveragedTrajectory trajectory;              ///< along the path; empty for simulated plans
   std::vector<std::vector<double>> found;              ///< the path before it was shortened [rad | m]
   planner::global::SearchRecord record;                ///< of the search, when it is to be plotted
-  std::vector<std::string> notes;                      ///< of the query
+  std::vector<config::Finding> findings;               ///< notes of the query
+  std::optional<Interrupted> interrupted;              ///< empty: planning was complete
   std::optional<planner::NearestOrientation> nearest;  ///< when the tool cannot take the orientation of the goal
 };
 

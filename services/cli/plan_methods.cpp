@@ -185,7 +185,8 @@ void FieldQuery::refine(Plan& plan, double keep) {
 }
 
 SimulatedPlan plan_by_simulation(const PlanQuery& query, const planner::global::Validity& validity,
-                                 const std::string& method, std::uint64_t seed, const std::string& plot) {
+                                 const std::string& method, std::uint64_t seed, const std::string& plot,
+                                 const std::function<bool(double)>& ended) {
   const planner::Cell cell = cell_of(query, method);
   const planner::CellConfiguration start{joints_of(query.start)};
   const planner::CellConfiguration goal{joints_of(query.goal)};
@@ -197,10 +198,12 @@ SimulatedPlan plan_by_simulation(const PlanQuery& query, const planner::global::
   if (!plot.empty()) plotter.emplace(plot, cell);
   std::vector<JointVector> path = start;
   std::optional<std::string> no_path;  // as of the last period
+  double now = 0.0;
   planner::EpisodeOptions options;
   options.seed = seed;
   options.observe = [&](double time, const planner::CellConfiguration& measured,
                         std::span<const planner::ArmPlanner> planners) {
+    now = time;
     path.push_back(measured[0]);
     const planner::cspace::SensedPlanner& planner = *cspace_of(planners[0].controller());
     plan.iterations = static_cast<std::uint64_t>(planner.searches());
@@ -208,6 +211,7 @@ SimulatedPlan plan_by_simulation(const PlanQuery& query, const planner::global::
     no_path = planner.no_path_reason(measured[0]);
     if (plotter) plotter->plot({cell, goal, time, time, measured, planners});
   };
+  options.ended = [&] { return ended(now); };
   const planner::EpisodeOutcome outcome = planner::simulate_episode(cell, start, goal, options);
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) result.plots = plotter->plots();

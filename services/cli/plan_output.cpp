@@ -52,7 +52,7 @@ std::vector<double> numbers(const Eigen::VectorXd& values) {
 Json samples(const PlanOutcome& outcome, double period) {
   Json list = Json::array();
   for_each_sample(outcome, period, [&](double t, const planner::TrajectoryPoint& at) {
-    list.push_back({{"t", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});
+    list.push_back({{"time_s", t}, {"q", numbers(at.q)}, {"qd", numbers(at.qd)}, {"qdd", numbers(at.qdd)}});
   });
   return {{"period_s", period}, {"samples", list}};
 }
@@ -81,10 +81,16 @@ std::vector<JointVector> spread(const std::vector<JointVector>& path, int count)
 }
 
 /// The graph of the search, which can be plotted in two dimensions.
-std::vector<std::string> graph_panels(const PlanQuery& query, const planner::global::Validity& validity,
-                                      const PlanOutcome& outcome) {
+std::vector<PlotPanel> graph_panels(const PlanQuery& query, const planner::global::Validity& validity,
+                                    const PlanOutcome& outcome) {
   if (validity.dimensions() != 2 || outcome.record.nodes.size() == 0) return {};
-  const std::vector<std::string>& joints = query.planned.front().own_arm().model->joint_names;
+  const planner::RobotModel& model = *query.planned.front().own_arm().model;
+  const auto label = [&](int joint) {
+    const bool slides = std::ranges::any_of(model.links, [&](const planner::Link& link) {
+      return link.joint == joint && link.joint_type == planner::JointType::kPrismatic;
+    });
+    return model.joint_names[joint] + (slides ? " [m]" : " [rad]");
+  };
   const planner::global::Space space = space_of(validity, query.start, query.goal);
   return {graph_panel({.validity = validity,
                        .space = space,
@@ -93,9 +99,8 @@ std::vector<std::string> graph_panels(const PlanQuery& query, const planner::glo
                        .path = outcome.plan.path,
                        .start = query.start,
                        .goal = query.goal,
-                       .across = joints[0],
-                       .up = joints[1]},
-                      kPanel)};
+                       .across = label(0),
+                       .up = label(1)})};
 }
 
 }  // namespace
@@ -111,9 +116,10 @@ double smallest_clearance(const planner::global::Validity& validity, const plann
 
 Json plan_json(const PlanOutcome& outcome, double period) {
   const planner::global::Plan& plan = outcome.plan;
+  const bool cut_short = outcome.interrupted && !plan.solved();
   Json json = {{"solved", plan.solved()},
-               {"status", status_name(plan.status)},
-               {"reason", plan.reason},
+               {"status", cut_short ? "interrupted" : status_name(plan.status)},
+               {"reason", plan.reason.empty() ? Json(nullptr) : Json(plan.reason)},
                {"method", outcome.method},
                {"seed", outcome.seed},
                {"planning_us", outcome.planning_us},
@@ -128,18 +134,21 @@ Json plan_json(const PlanOutcome& outcome, double period) {
                {"min_obstacle_clearance_m", plan.solved() ? Json(outcome.obstacle_clearance) : Json(nullptr)},
                {"duration_s", plan.solved() ? Json(outcome.duration) : Json(nullptr)}};
   if (outcome.nearest) {
-    json["nearest"] = {{"pose", xyz_rpy_of(outcome.nearest->X_WT)}, {"angle_rad", outcome.nearest->angle}};
+    json["nearest"] = {{"xyz_rpy", xyz_rpy_of(outcome.nearest->X_WT)}, {"angle_rad", outcome.nearest->angle}};
   }
-  if (!outcome.notes.empty()) json["notes"] = outcome.notes;
+  json["findings"] = findings_json(outcome.findings);
+  json["interrupted"] = to_json(outcome.interrupted);
   if (period > 0.0) json["trajectory"] = plan.solved() ? samples(outcome, period) : Json(nullptr);
   return json;
 }
 
 std::string plan_text(const PlanOutcome& outcome, double period, const Palette& palette) {
   const planner::global::Plan& plan = outcome.plan;
-  if (!plan.solved()) return palette.red("not solved") + ": " + plan.reason + "\n";
-  std::string text =
-      palette.green("solved") + " by " + outcome.method + " in " + duration_text(1e-6 * outcome.planning_us);
+  const std::string interrupted =
+      outcome.interrupted ? palette.yellow("not complete") + ": " + outcome.interrupted->text() + "\n" : "";
+  if (!plan.solved()) return palette.red("not solved") + ": " + plan.reason + "\n" + interrupted;
+  std::string text = interrupted + palette.green("solved") + " by " + outcome.method + " in " +
+                     duration_text(1e-6 * outcome.planning_us);
   if (outcome.simplify_us > 0.0) text += ", simplified in " + duration_text(1e-6 * outcome.simplify_us);
   text += "; " + outcome.effort + "\nlength " + decimal_text(plan.length, 3) + ", smallest clearance " +
           distance_text(outcome.clearance) + " (from obstacles and other arms " +

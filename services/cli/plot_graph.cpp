@@ -12,19 +12,24 @@ static_assert(kGraphSquares % kWidth == 0);
 
 class Panel {
  public:
-  Panel(const GraphPlot& plot, double side)
+  explicit Panel(const GraphPlot& plot)
       : plot_(plot),
-        side_(side),
         width_(plot.space.upper[0] - plot.space.lower[0]),
         height_(plot.space.upper[1] - plot.space.lower[1]) {}
 
-  [[nodiscard]] std::string text() const {
+  [[nodiscard]] PlotPanel panel() const {
     std::string text = blocked() + graph();
     text += way(plot_.found, "#e80", 2.0) + way(plot_.path, "#000", 2.5);
     text += dot(plot_.start, "#e80") + dot(plot_.goal, "#090");
-    text += formatted("<text x='%.0f' y='%.0f' font-family='sans-serif' font-size='12'>", 6.0, side_ - 6.0);
-    text += plot_.across + " →, " + plot_.up + " ↑</text>\n";
-    return text;
+    const planner::global::Space& space = plot_.space;
+    return {text,
+            {plot_.across, space.lower[0], space.upper[0]},
+            {plot_.up, space.lower[1], space.upper[1]},
+            {{"#bbb", "blocked configurations"},
+             {"#36c", "tree or roadmap"},
+             {"#e80", "start, and the path as found"},
+             {"#000", "the shortened path"},
+             {"#090", "goal"}}};
   }
 
  private:
@@ -91,15 +96,15 @@ class Panel {
   }
 
   const GraphPlot& plot_;
-  double side_;
+  double side_ = kPanel;
   double width_;
   double height_;
 };
 
 }  // namespace
 
-std::string graph_panel(const GraphPlot& plot, double side) {
-  return Panel(plot, side).text();
+PlotPanel graph_panel(const GraphPlot& plot) {
+  return Panel(plot).panel();
 }
 
 }  // namespace hecaton::services::cli

@@ -16,11 +16,15 @@ using planner::JointVector;
 using planner::Pose;
 using planner::cspace::Point;
 
-constexpr double kPanelGap = 24.0;  // [px]
-constexpr double kBorder = 0.1;     // around the scene [m]
-constexpr double kLevel = 0.01;     // change of height of an arm's bodies that counts as none [m]
-constexpr int kSquares = 72;        // of the field, a side
-constexpr int kArrowEvery = 3;      // squares
+constexpr double kLeftOfPanel = 64.0;  // for ticks and label [px]
+constexpr double kBelowPanel = 48.0;   // for ticks and label [px]
+constexpr double kLegendLine = 17.0;   // [px]
+constexpr double kAbovePanel = 30.0;   // for the title [px]
+constexpr double kPanelGap = 20.0;     // [px]
+constexpr double kBorder = 0.1;        // around the scene [m]
+constexpr double kLevel = 0.01;        // change of height of an arm's bodies that counts as none [m]
+constexpr int kSquares = 72;           // of the field, a side
+constexpr int kArrowEvery = 3;         // squares
 
 /// Discs whose hull is the outline of a shape from any side.
 struct Discs {
@@ -64,6 +68,48 @@ Discs discs_of(const world::Shape& shape, const Pose& X_WS) {
   return std::visit(Visitor{X_WS}, shape);
 }
 
+/// Round distance of ticks for about five of them.
+double tick_step(double range) {
+  const double rough = range / 5.0;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (rough <= factor * power) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+std::string ticks(const PlotAxis& axis, bool upwards) {
+  const double step = tick_step(axis.high - axis.low);
+  std::string text;
+  for (double k = std::ceil(axis.low / step); k * step <= axis.high; k += 1.0) {
+    const double at = kPanel * (k * step - axis.low) / (axis.high - axis.low);
+    text += upwards
+                ? formatted("<path d='M0 %.1fh-5' stroke='black'/><text x='-8' y='%.1f' text-anchor='end'>%g</text>\n",
+                            kPanel - at, kPanel - at + 4.0, k * step)
+                : formatted(
+                      "<path d='M%.1f %.0fv5' stroke='black'/><text x='%.1f' y='%.0f' text-anchor='middle'>%g</text>\n",
+                      at, kPanel, at, kPanel + 18.0, k * step);
+  }
+  return text;
+}
+
+/// Frame, ticks, labels and legend of a panel whose upper left corner is the origin.
+std::string around(const PlotPanel& panel) {
+  std::string text = formatted("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n", kPanel, kPanel);
+  text += ticks(panel.across, false) + ticks(panel.up, true);
+  text += formatted("<text x='%.0f' y='%.0f' text-anchor='middle'>", 0.5 * kPanel, kPanel + 36.0) + panel.across.label;
+  text += formatted("</text>\n<text transform='translate(-44 %.0f) rotate(-90)' text-anchor='middle'>", 0.5 * kPanel);
+  text += panel.up.label + "</text>\n";
+  double y = kPanel + kBelowPanel;
+  for (const LegendEntry& entry : panel.legend) {
+    text += formatted("<rect x='0' y='%.0f' width='18' height='9' fill='%s'/><text x='26' y='%.0f'>", y,
+                      entry.colour.c_str(), y + 9.0);
+    text += entry.text + "</text>\n";
+    y += kLegendLine;
+  }
+  return text;
+}
+
 class Drawing {
  public:
   explicit Drawing(const PathPlot& plot)
@@ -95,22 +141,25 @@ class Drawing {
   }
 
   [[nodiscard]] std::string svg() {
-    std::vector<std::string> panels{panel(1)};
+    std::vector<PlotPanel> panels{panel(1)};
     if (!level_) panels.push_back(panel(2));
     if (plot_.field) panels.push_back(field_panel());
     panels.insert(panels.end(), plot_.panels.begin(), plot_.panels.end());
-    const auto count = static_cast<double>(panels.size());
+    std::size_t entries = 0;
+    for (const PlotPanel& panel : panels) entries = std::max(entries, panel.legend.size());
+    const double width = static_cast<double>(panels.size()) * (kLeftOfPanel + kPanel + kPanelGap);
+    const double height = kAbovePanel + kPanel + kBelowPanel + static_cast<double>(entries) * kLegendLine + kPanelGap;
     std::string text = formatted(
-        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-10 -30 %.0f %.0f'>\n"
-        "<rect x='-10' y='-30' width='100%%' height='100%%' fill='white'/>\n"
-        "<text x='0' y='-10' font-family='sans-serif' font-size='14'>",
-        count * kPanel + (count - 1.0) * kPanelGap + 20.0, kPanel + 40.0);
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.0f %.0f' font-family='sans-serif' font-size='13'>\n"
+        "<rect width='100%%' height='100%%' fill='white'/>\n<text x='%.0f' y='20' font-size='14'>",
+        width, height, kLeftOfPanel);
     text += plot_.title + "</text>\n";
-    for (std::size_t i = 0; i < panels.size(); ++i) {
-      text += formatted("<svg x='%.0f' width='%.0f' height='%.0f'>\n", static_cast<double>(i) * (kPanel + kPanelGap),
-                        kPanel, kPanel);
-      text += panels[i];
-      text += formatted("<rect width='%.0f' height='%.0f' fill='none' stroke='black'/>\n</svg>\n", kPanel, kPanel);
+    double x = kLeftOfPanel;
+    for (const PlotPanel& panel : panels) {
+      text += formatted("<svg x='%.0f' y='%.0f' width='%.0f' height='%.0f'>\n", x, kAbovePanel, kPanel, kPanel);
+      text += panel.content;
+      text += formatted("</svg>\n<g transform='translate(%.0f %.0f)'>\n", x, kAbovePanel) + around(panel) + "</g>\n";
+      x += kPanel + kPanelGap + kLeftOfPanel;
     }
     return text + "</svg>\n";
   }
@@ -200,7 +249,14 @@ class Drawing {
     return text + "'/>\n";
   }
 
-  [[nodiscard]] std::string panel(int axis) const {
+  /// The range of W's axis that a panel shows [m].
+  [[nodiscard]] PlotAxis range(int axis) const {
+    constexpr const char* kLabels[] = {"x [m]", "y [m]", "z [m]"};
+    const double half = 0.5 * kPanel / scale_;
+    return {kLabels[axis], extent_.center()[axis] - half, extent_.center()[axis] + half};
+  }
+
+  [[nodiscard]] PlotPanel panel(int axis) const {
     std::string text = obstacles(axis);
     text += arm(plot_.goal, axis, "fill='#8c8' fill-opacity='0.5'");
     for (const JointVector& q : plot_.path) {
@@ -210,7 +266,14 @@ class Drawing {
       text += arm(plot_.path.front(), axis, "fill='#fc6' fill-opacity='0.6'");
       text += arm(plot_.path.back(), axis, "fill='#36c' fill-opacity='0.6'");
     }
-    return text + tool_trace(axis);
+    return {text + tool_trace(axis),
+            range(0),
+            range(axis),
+            {{"#fc6", "start"},
+             {"#36c", "arm on its way, and at the end of the path"},
+             {"#8c8", "goal"},
+             {"#c60", "way of the tool"},
+             {"#bbb", "obstacles"}}};
   }
 
   struct FieldAt {
@@ -243,7 +306,7 @@ class Drawing {
   }
 
   /// Repulsion red, arrows along −∇U. Adjacent squares of one shade in a row are drawn as one.
-  [[nodiscard]] std::string field_panel() const {
+  [[nodiscard]] PlotPanel field_panel() const {
     const Eigen::Vector3d goal_W = tool_at(plot_.goal);
     const double pixel = kPanel / kSquares;
     const double attraction = field_parameters_.goal_distance;
@@ -272,10 +335,19 @@ class Drawing {
         arrows += arrow(px, py, length * at.force.normalized());
       }
     }
-    return "<defs><marker id='tip' viewBox='0 0 6 6' refX='5' refY='3' markerWidth='4' markerHeight='4' orient='auto'>"
-           "<path d='M0 0L6 3L0 6z' fill='#236'/></marker></defs>\n" +
-           squares + obstacles(1) + arrows + tool_trace(1) +
-           formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
+    const std::string text =
+        "<defs><marker id='tip' viewBox='0 0 6 6' refX='5' refY='3' markerWidth='4' markerHeight='4' orient='auto'>"
+        "<path d='M0 0L6 3L0 6z' fill='#236'/></marker></defs>\n" +
+        squares + obstacles(1) + arrows + tool_trace(1) +
+        formatted("<circle cx='%.1f' cy='%.1f' r='5' fill='#090'/>\n", x(goal_W.x()), y(goal_W.y(), 1));
+    return {text,
+            range(0),
+            range(1),
+            {{"#236", "−∇U of a point of the tool"},
+             {"#c33", "repulsion; the darker, the stronger"},
+             {"#090", "goal of the tool"},
+             {"#c60", "way of the tool"},
+             {"#bbb", "obstacles"}}};
   }
 
   const PathPlot& plot_;

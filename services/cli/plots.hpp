@@ -18,6 +18,27 @@ namespace hecaton::services::cli {
 
 inline constexpr double kPanel = 480.0;  ///< side of a square panel [px]
 
+/// An axis of a panel.
+struct PlotAxis {
+  std::string label;  ///< with its unit
+  double low = 0.0;   ///< at the left or lower edge
+  double high = 1.0;  ///< at the other edge
+};
+
+/// What a colour means.
+struct LegendEntry {
+  std::string colour;  ///< of SVG
+  std::string text;
+};
+
+/// A square panel of a plot.
+struct PlotPanel {
+  std::string content;  ///< SVG of kPanel by kPanel pixels, from the upper left corner
+  PlotAxis across;
+  PlotAxis up;
+  std::vector<LegendEntry> legend;
+};
+
 /// An arm among obstacles on its path, as in [Cardenas10] figures 2, 5 and 6.
 struct PathPlot {
   const planner::PlannedArm& planned;
@@ -25,13 +46,13 @@ struct PathPlot {
   const std::vector<planner::JointVector>& path;  ///< from the start on [rad | m]; all but its end is drawn faintly
   const planner::JointVector& goal;               ///< drawn in pale green [rad | m]
   std::string title;
-  bool field = false;                    ///< also draws the arm's potential field for a point of its tool
-  std::vector<std::string> panels = {};  ///< more panels of SVG, drawn on the right
+  bool field = false;                  ///< also draws the arm's potential field for a point of its tool
+  std::vector<PlotPanel> panels = {};  ///< more panels, drawn on the right
 };
 
 /// An SVG with the view from above (x to the right, y upwards). Unless the arm stays at one height, it also has the
-/// view from the side (x to the right, z upwards). With `field` it has the field from above, at the height of the tool
-/// at the goal.
+/// view from the side (x to the right, z upwards). Panels have axes with units and a legend. With `field` it has the
+/// field from above, at the height of the tool at the goal.
 [[nodiscard]] std::string plot_path(const PathPlot& plot);
 
 /// A tree or roadmap in a configuration space of two dimensions, as in [Cardenas10] figures 7, 10 and 11.
@@ -43,13 +64,13 @@ struct GraphPlot {
   std::vector<std::vector<double>> path;   ///< the shortened path [rad | m]
   std::vector<double> start;
   std::vector<double> goal;
-  std::string across;  ///< name of the first coordinate
-  std::string up;      ///< name of the second coordinate
+  std::string across;  ///< name of the first coordinate, with its unit
+  std::string up;      ///< name of the second coordinate, with its unit
 };
 
-/// A panel of SVG of `side` by `side` pixels. Blocked configurations are grey, the tree or roadmap is blue. The found
+/// Blocked configurations are grey, the tree or roadmap is blue. The found
 /// path is orange, the shortened path black, the start orange, the goal green.
-[[nodiscard]] std::string graph_panel(const GraphPlot& plot, double side);
+[[nodiscard]] PlotPanel graph_panel(const GraphPlot& plot);
 
 /// The C-space planner of an arm; null for methods without one.
 [[nodiscard]] const planner::cspace::SensedPlanner* cspace_of(const planner::ArmController& controller);

@@ -79,7 +79,10 @@ constexpr auto kDiscoveryLimit = 800ms;  // of nodes of a running cell on a busy
 constexpr auto kReplyLimit = 500ms;
 
 std::vector<std::string> agent_arguments(const config::CellFile& file, const RunningCell::Options& options) {
-  return {file.path, "--clean", "--domain", std::to_string(options.domain), "--log-dir", options.log_folder};
+  std::vector<std::string> words{file.path,   "--clean",         "--domain", std::to_string(options.domain),
+                                 "--log-dir", options.log_folder};
+  if (options.view) words.emplace_back("--view");
+  return words;
 }
 
 /// "planner/arm1 and world"; empty when the cell is complete.
@@ -181,6 +184,15 @@ bool ChildAgent::end() {
   clean = reap_orphans() && clean;
   if (pidfd_ >= 0) close(pidfd_);
   return clean;
+}
+
+void become(const std::string& name, std::vector<std::string> arguments) {
+  std::string program = sibling_program(name);
+  std::vector<char*> argv{program.data()};
+  for (std::string& word : arguments) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execv(program.c_str(), argv.data());
+  throw Failure(ExitCode::kBadInput, "program '" + program + "' cannot be run: " + std::strerror(errno));
 }
 
 LogFolder::LogFolder(const std::string& wanted, const std::string& cell) : path_(wanted), temporary_(wanted.empty()) {

@@ -18,6 +18,9 @@ namespace hecaton::services::cli {
 /// Path of a program in the folder of this one. Throws Failure (bad input) when it cannot be run.
 [[nodiscard]] std::string sibling_program(const std::string& name);
 
+/// Replaces this process by that program with these arguments. Throws Failure (bad input) when it cannot be run.
+[[noreturn]] void become(const std::string& name, std::vector<std::string> arguments);
+
 /// Folder for the logs of a cell.
 class LogFolder {
  public:
@@ -73,6 +76,7 @@ class RunningCell {
   struct Options {
     int domain = 42;
     std::string log_folder;  ///< of the agent's and the services' logs
+    bool view = false;       ///< starts the view also if the cell file has no key view
   };
   /// Starts the agent. `file` must outlive the object. Throws Failure.
   RunningCell(const config::CellFile& file, const Options& options);
@@ -86,6 +90,8 @@ class RunningCell {
   /// Of the last poll that was answered.
   [[nodiscard]] const msg::CellStatus& status() const { return status_; }
   [[nodiscard]] bool interrupted() const { return shutdown_.requested(); }
+  /// That interrupted the run; 0: none.
+  [[nodiscard]] int signal() const { return shutdown_.signal(); }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
   [[nodiscard]] client::Connection& connection() { return *connection_; }
   [[nodiscard]] ChildAgent& agent() { return agent_; }
@@ -101,7 +107,7 @@ class RunningCell {
   const config::CellFile& file_;
   std::string log_;
   std::shared_ptr<client::Connection> connection_;
-  ShutdownSignal shutdown_;
+  ShutdownSignal shutdown_{ShutdownSignal::Second::kEndsProcess};
   RunFolderCleanup cleanup_;  // runs after the agent's destructor
   ChildAgent agent_;
   bool answered_ = false;

@@ -3,6 +3,7 @@
 
 #include "services/cli/status_output.hpp"
 #include "services/command_line/options.hpp"
+#include "services/config/validate.hpp"
 #include "services/messages/convert.hpp"
 #include "services/runtime/orders.hpp"
 
@@ -39,6 +40,8 @@ Json names(const std::string& list) {
 Json to_json(const msg::GoalStatus& goal) {
   Json json{
       {"arm", goal.arm()}, {"goal", goal.goal()}, {"state", text(goal.state())}, {"cause", to_json(goal.cause())}};
+  const std::string reason = reason_text(goal);
+  json["reason"] = reason.empty() ? Json(nullptr) : Json(reason);
   json["binding"] = nullptr;
   if (goal.has_binding()) {
     json["binding"] = {
@@ -49,14 +52,16 @@ Json to_json(const msg::GoalStatus& goal) {
   json["distance_to_goal"] = goal.distance_to_goal();
   json["elapsed_s"] = goal.elapsed();
   json["planner"] = goal.node();
-  json["note"] = goal.note();
+  std::vector<config::Finding> findings;
+  if (!goal.note().empty()) findings.push_back({config::Severity::kNote, goal.note()});
+  json["findings"] = findings_json(findings);
   json["tool_error"] = nullptr;
   if (goal.has_tool() && goal.position_error() >= 0.0) {
     json["tool_error"] = {{"position_m", goal.position_error()}, {"orientation_rad", goal.orientation_error()}};
   }
   json["nearest"] = nullptr;
   if (goal.has_nearest()) {
-    json["nearest"] = {{"pose", pose(goal.X_WT_nearest())}, {"angle_rad", goal.nearest_angle()}};
+    json["nearest"] = {{"xyz_rpy", pose(goal.X_WT_nearest())}, {"angle_rad", goal.nearest_angle()}};
   }
   return json;
 }

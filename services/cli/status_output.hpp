@@ -15,6 +15,8 @@ namespace hecaton::services::cli {
 
 /// "blocked: no path around pallet (arm2/forearm – pallet, 18 mm); draws another subspace"
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);
+/// The part after the state: why the goal is in it. Empty without a reason; never empty for a blocked goal.
+[[nodiscard]] std::string reason_text(const msg::GoalStatus& goal);
 /// Why the arm waits; otherwise why its goal is not reached yet.
 [[nodiscard]] std::string waiting_text(const msg::ArmStatus& arm);
 /// "0 contacts, smallest separation 31 mm (arm1/wrist – arm2/forearm)"

@@ -20,20 +20,6 @@ std::string binding_text(const msg::GoalStatus& goal) {
   return goal.binding_own() + " – " + goal.binding_other() + ", " + distance_text(goal.binding_distance());
 }
 
-/// Why the goal is in its state: cause, binding pair, and recovery action while it is open. Empty without a reason.
-std::string why_text(const msg::GoalStatus& goal) {
-  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
-  std::string why = goal.cause().text();
-  const std::string binding = binding_text(goal);
-  const bool known = why.find(binding) != std::string::npos;
-  if (!known) why += why.empty() ? binding : " (" + binding + ")";
-  if (goal.blocked_duration() > 0.0)
-    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
-  if (!goal.recovery_action().empty() && !is_final(goal.state()))
-    why += (why.empty() ? "" : "; ") + goal.recovery_action();
-  return why;
-}
-
 /// " (tool 0.12 mm and 0.03° from the pose)" of a reached pose goal, as measured; otherwise empty.
 std::string tool_text(const msg::GoalStatus& goal) {
   if (goal.state() != msg::GoalState::GOAL_REACHED || !goal.has_tool() || goal.position_error() < 0.0) return {};
@@ -107,15 +93,29 @@ std::string process_text(const msg::ProcessEvent& process, const Palette& palett
 
 }  // namespace
 
+std::string reason_text(const msg::GoalStatus& goal) {
+  if (goal.state() == msg::GoalState::GOAL_REACHED) return {};
+  std::string why = goal.cause().text();
+  const std::string binding = binding_text(goal);
+  const bool known = why.find(binding) != std::string::npos;
+  if (!known) why += why.empty() ? binding : " (" + binding + ")";
+  if (goal.blocked_duration() > 0.0)
+    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+  if (!goal.recovery_action().empty() && !is_final(goal.state()))
+    why += (why.empty() ? "" : "; ") + goal.recovery_action();
+  if (why.empty() && goal.state() == msg::GoalState::GOAL_BLOCKED) return "its planner has reported no reason";
+  return why;
+}
+
 std::string goal_text(const msg::GoalStatus& goal) {
-  const std::string why = why_text(goal);
+  const std::string why = reason_text(goal);
   return text(goal.state()) + (why.empty() ? "" : ": " + why) + tool_text(goal);
 }
 
 std::string waiting_text(const msg::ArmStatus& arm) {
   if (!is_none(arm.waiting_for())) return arm.waiting_for().text();
   if (!arm.has_goal() || is_final(arm.goal().state())) return {};
-  return why_text(arm.goal());
+  return reason_text(arm.goal());
 }
 
 std::string contact_text(const msg::ContactReport& report, const Palette& palette) {

@@ -45,6 +45,31 @@ Json time_json(std::vector<double> times) {
   return {{"p50", quantile(times, 0.5)}, {"p95", quantile(times, 0.95)}, {"max", times.back()}};
 }
 
+Json missed_json(const std::vector<MissedTask>& missed) {
+  Json list = Json::array();
+  for (const MissedTask& task : missed) {
+    list.push_back({{"round", task.round},
+                    {"arm", task.arm},
+                    {"outcome", task.outcome},
+                    {"goal", task.goal},
+                    {"reason", task.reason}});
+  }
+  return list;
+}
+
+/// The first missed tasks with their reasons.
+std::string missed_text(const std::vector<MissedTask>& missed) {
+  constexpr std::size_t kShown = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, missed.size()); ++i) {
+    const MissedTask& task = missed[i];
+    const std::string outcome = task.outcome == "timed_out" ? "timed out" : task.outcome;
+    text += "missed: round " + std::to_string(task.round) + ", " + task.arm + " " + outcome + ": " + task.reason + "\n";
+  }
+  if (missed.size() > kShown) text += "missed: " + std::to_string(missed.size() - kShown) + " more; see -o json\n";
+  return text;
+}
+
 }  // namespace
 
 double quantile(const std::vector<double>& sorted, double share) {
@@ -58,6 +83,11 @@ std::optional<Quantiles> quantiles(std::vector<double> values) {
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
   return Quantiles{quantile(values, 0.5), quantile(values, 0.99), values.back()};
+}
+
+ExitCode Report::exit_code() const {
+  if (interrupted) return interrupted->exit_code();
+  return positive() ? ExitCode::kDone : ExitCode::kNegative;
 }
 
 Json to_json(const Report& report) {
@@ -82,7 +112,11 @@ Json to_json(const Report& report) {
   json["cell"] = report.cell;
   json["method"] = report.method;
   json["seed"] = report.seed;
+  json["tasks_asked"] = report.asked;
   json["not_drawn"] = report.not_drawn;
+  json["missed"] = missed_json(report.missed);
+  json["findings"] = findings_json(report.findings);
+  json["interrupted"] = to_json(report.interrupted);
   json["closest_pair"] = separation_json(report.smallest);
   json["task_s"] = time_json(report.times);
   if (report.reversals) {
@@ -92,7 +126,7 @@ Json to_json(const Report& report) {
   }
   if (report.rollouts) {
     json["rollouts"] = {{"answers", report.rollouts->answers}, {"ticks", report.rollouts->ticks}};
-    json["rollouts"]["us"] = report.rollouts->us ? Json(*report.rollouts->us) : Json(nullptr);
+    json["rollouts"]["processor_us"] = report.rollouts->us ? Json(*report.rollouts->us) : Json(nullptr);
   }
   json.update(report.extra);
   return json;
@@ -116,8 +150,10 @@ std::string table_text(const Report& report, const Palette& palette) {
   const auto line = [&](const std::string& title, const std::string& value) {
     out += title + std::string(21 - display_width(title), ' ') + value + "\n";
   };
-  const std::string share = percent_text(report.reached, report.wanted());
-  line("reached", report.reached == report.wanted() ? palette.green(share) : palette.yellow(share));
+  const std::string share =
+      percent_text(report.reached, report.wanted()) + (report.interrupted ? " of the tasks so far" : "");
+  line("reached", report.positive() ? palette.green(share) : palette.yellow(share));
+  if (report.interrupted) line("not complete", palette.yellow(report.interrupted->text()));
   if (report.not_drawn > 0) {
     line("not drawn", palette.yellow(std::to_string(report.not_drawn) + " tasks: no free goals were found"));
   }
@@ -148,6 +184,7 @@ std::string table_text(const Report& report, const Palette& palette) {
     if (rollouts.us) text += ", " + decimal_text(*rollouts.us / static_cast<double>(rollouts.ticks), 1) + " µs a tick";
     line("rollouts", text);
   }
+  if (!report.missed.empty()) out += "\n" + missed_text(report.missed);
   return out;
 }
 

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "services/command_line/document.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/validate.hpp"
 #include "world/sim/contact_monitor.hpp"
 
 namespace hecaton::services::cli {
@@ -56,11 +58,21 @@ struct RolloutReport {
   std::optional<double> us;  ///< processor time of all rollouts [µs]; empty: not measured
 };
 
+/// A task that was not reached.
+struct MissedTask {
+  int round = 0;  ///< of goals for all arms, from 1
+  std::string arm;
+  std::string outcome;  ///< "blocked" or "timed_out"
+  std::vector<double> goal;
+  std::string reason;  ///< the end of a sentence
+};
+
 struct Report {
   std::string cell;
   std::string method;  ///< of all arms, or "as configured"
   std::uint64_t seed = 0;
-  int tasks = 0;
+  int asked = 0;  ///< tasks
+  int tasks = 0;  ///< that have ended
   int reached = 0;
   int blocked = 0;
   int timed_out = 0;
@@ -73,13 +85,17 @@ struct Report {
   std::optional<ReversalReport> reversals;
   std::optional<RolloutReport> rollouts;
   std::vector<ArmReport> arms;
+  std::vector<MissedTask> missed;
+  std::vector<config::Finding> findings;   ///< about the run, not about its tasks
+  std::optional<Interrupted> interrupted;  ///< empty: the run was complete
   Json faults = Json::array();
   Json extra = Json::object();  ///< keys that follow those of every report
 
-  /// Number of tasks asked for.
+  /// Of the tasks that have ended or could not be drawn.
   [[nodiscard]] int wanted() const { return tasks + not_drawn; }
   /// All tasks were reached without contact.
-  [[nodiscard]] bool positive() const { return tasks > 0 && reached == wanted() && contacts == 0; }
+  [[nodiscard]] bool positive() const { return tasks > 0 && reached == asked && contacts == 0; }
+  [[nodiscard]] ExitCode exit_code() const;
 };
 
 [[nodiscard]] Json to_json(const Report& report);

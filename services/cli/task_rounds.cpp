@@ -32,6 +32,13 @@ std::string outcome_of(msg::GoalState state) {
   }
 }
 
+/// Of a task that was not reached.
+std::string reason_of(const Task& task) {
+  if (!task.status) return "its planner has not answered";
+  const std::string reason = reason_text(*task.status);
+  return reason.empty() ? "still on its way at the time limit" : reason;
+}
+
 }  // namespace
 
 TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Callbacks callbacks)
@@ -41,6 +48,7 @@ TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Callbacks call
       generator_(cell.file().cell),
       random_(options.seed) {
   tally_.seed = options.seed;
+  tally_.asked = options.tasks;
   for (const planner::PlannedArm& planned : cell.file().cell.arms) {
     ArmReport arm;
     arm.name = planned.arm.name;
@@ -50,7 +58,7 @@ TaskRounds::TaskRounds(RunningCell& cell, const Options& options, Callbacks call
 
 void TaskRounds::run() {
   while (tally_.tasks < options_.tasks && !cell_.interrupted()) {
-    start_round();
+    if (!start_round()) return;
     const auto limit = client::deadline_of(Seconds(cell_.file().cell.tasks.time_limit) + kOverdueLimit);
     auto show_at = client::Clock::now();
     while (!round_is_over() && !cell_.interrupted()) {
@@ -76,10 +84,12 @@ void TaskRounds::run() {
   }
 }
 
-void TaskRounds::start_round() {
+bool TaskRounds::start_round() {
   const auto drawn = generator_.draw_conflicting_goals(random_, measured());
   if (!drawn) {
-    throw Failure(ExitCode::kBadInput, cell_.file().path + ": tasks: " + generator_.shortage());
+    tally_.not_drawn = options_.tasks - tally_.tasks;
+    tally_.findings.push_back({config::Severity::kError, cell_.file().path + ": tasks: " + generator_.shortage()});
+    return false;
   }
   ++rounds_;
   round_.clear();
@@ -96,6 +106,7 @@ void TaskRounds::start_round() {
     if (task.counted) ++given_;
     round_.push_back(std::move(task));
   }
+  return true;
 }
 
 planner::CellConfiguration TaskRounds::measured() const {
@@ -151,11 +162,7 @@ void TaskRounds::end(Task& task, const std::string& outcome) {
   int& of_arm = outcome == "blocked" ? arm->blocked : arm->timed_out;
   ++total;
   ++of_arm;
-  missed_.push_back({{"round", rounds_},
-                     {"arm", task.goal->goal.arm()},
-                     {"outcome", outcome},
-                     {"goal", task.goal->goal.q()},
-                     {"why", task.status ? goal_text(*task.status) : "its planner never answered"}});
+  tally_.missed.push_back({rounds_, task.goal->goal.arm(), outcome, task.goal->goal.q(), reason_of(task)});
 }
 
 bool TaskRounds::round_is_over() const {

@@ -36,17 +36,17 @@ class TaskRounds {
   };
   TaskRounds(RunningCell& cell, const Options& options, Callbacks callbacks);
 
-  /// Runs until all tasks have ended or a signal comes. Throws Failure.
+  /// Runs until all tasks have ended, until a signal comes, or until no goals can be drawn: tally().findings then says
+  /// why. Throws Failure when the cell has failed.
   void run();
 
-  /// Counts so far: tasks, outcomes, times, arms.
+  /// So far: tasks, outcomes, times, arms, missed tasks.
   [[nodiscard]] const Report& tally() const { return tally_; }
   [[nodiscard]] int rounds() const { return rounds_; }
-  /// Tasks that were not reached: round, arm, outcome, goal, reason.
-  [[nodiscard]] const Json& missed() const { return missed_; }
 
  private:
-  void start_round();
+  /// False: no goals could be drawn.
+  [[nodiscard]] bool start_round();
   void update();
   void cancel_when_stalled(client::Clock::time_point now);
   void end(Task& task, const std::string& outcome);
@@ -61,7 +61,6 @@ class TaskRounds {
   planner::Random random_;
   std::vector<Task> round_;
   Report tally_;
-  Json missed_ = Json::array();
   int rounds_ = 0;
   int given_ = 0;  ///< tasks that were given, over all rounds
   std::optional<client::Clock::time_point> stalled_since_;

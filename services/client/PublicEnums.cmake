@@ -30,7 +30,7 @@ function(hecaton_public_enum file idl_name prefix name sentence)
   string(APPEND HECATON_PUBLIC_ENUMS "
 /// ${sentence}
 enum class ${name} : std::uint32_t {${body}};
-/// \"unknown\" for a value of a later version.
+/// The name in lower case; \"unknown\" for a value of a later version.
 [[nodiscard]] constexpr std::string_view name_of(${name} value) {
   constexpr std::array<std::string_view, ${count}> kNames{${names}};
   const auto index = static_cast<std::size_t>(value);

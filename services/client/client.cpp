@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <hecaton/client.hpp>
 
 #include "services/client/connection.hpp"
@@ -24,6 +26,11 @@ msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   request.kind(kind);
   request.name(name);
   return request;
+}
+
+/// Readers refuse a sample with such a number, so that its goal would never be answered.
+void require_finite(const std::string& what, double value) {
+  if (!std::isfinite(value)) throw InvalidArgument(what + " = " + std::to_string(value) + " must be a finite number");
 }
 
 msg::Goal goal_for(const std::string& arm, msg::GoalKind kind, const GoalOptions& options) {
@@ -124,6 +131,7 @@ Goal Arm::go_to(const std::vector<double>& q, const GoalOptions& options) const 
     throw InvalidArgument("q = " + std::to_string(q.size()) + " joint positions must be at most " +
                           std::to_string(msg::MAX_JOINTS));
   }
+  for (std::size_t i = 0; i < q.size(); ++i) require_finite("q[" + std::to_string(i) + "]", q[i]);
   msg::Goal goal = goal_for(name_, msg::GoalKind::GOAL_JOINTS, options);
   goal.q(q);
   return {connection_, connection_->send(std::move(goal))};
@@ -132,6 +140,13 @@ Goal Arm::go_to(const std::vector<double>& q, const GoalOptions& options) const 
 Goal Arm::go_to(const Pose& tool, const GoalOptions& options) const {
   msg::Goal goal = goal_for(name_, msg::GoalKind::GOAL_POSE, options);
   goal.tool().X_WT(client::to_message(tool));
+  const msg::Pose& X_WT = goal.tool().X_WT();
+  for (const double value : {X_WT.position().x(), X_WT.position().y(), X_WT.position().z()}) {
+    require_finite("a coordinate of the tool", value);
+  }
+  for (const double value : {X_WT.qw(), X_WT.qx(), X_WT.qy(), X_WT.qz()}) {
+    require_finite("a component of the tool's quaternion", value);
+  }
   goal.tool().free_rotation(static_cast<msg::FreeRotation>(options.free_rotation));
   goal.tool().position_tolerance(options.position_tolerance);
   goal.tool().orientation_tolerance(options.orientation_tolerance);

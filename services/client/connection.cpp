@@ -47,7 +47,7 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 bus::Participant visit(const config::CellFile& file, int domain) {
-  bus::ParticipantOptions participant = services::participant_options(file);
+  bus::ParticipantOptions participant = services::participant_options(file, "", services::Role::kOperator);
   participant.announce_departure = false;
   return {domain, kNodeName, participant};
 }
@@ -170,6 +170,7 @@ void Connection::listen() {
   static_cast<void>(mailbox_.take_events());
   take(*endpoints_.supervisor);
   if (endpoints_.world) take(*endpoints_.world);
+  if (endpoints_.devices) take(*endpoints_.devices);
   if (endpoints_.goals) {
     for (const auto& sample : endpoints_.goals->statuses.take()) {
       if (!sample.disposed) note(sample.value);
@@ -357,6 +358,20 @@ msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& 
   if (edits.requests.matched() > 0) throw NoAnswer("the world service in " + where_ + " does not answer");
   if (endpoints_.supervisor->requests.matched() == 0) throw unreachable();
   throw Unreachable({"the cell in " + where_ + " has no world service that answers", {}, "the node world"});
+}
+
+msg::DeviceReply Connection::order_device(const std::string& arm, msg::DeviceOrder order, const Wait& wait) {
+  {
+    const Lock lock(mutex_);
+    if (!endpoints_.devices) endpoints_.devices.emplace(participant_, mailbox_);
+  }
+  msg::DeviceRequest request;
+  request.arm(arm);
+  request.order(order);
+  // The first driver that is found may be that of another arm.
+  auto replies = call(*endpoints_.devices, std::move(request), wait, {kAskAgain, Seconds::zero()});
+  if (!replies.empty()) return std::move(replies.front());
+  throw Unreachable({"the driver of arm '" + arm + "' in " + where_ + " does not answer", {}, "driver/" + arm});
 }
 
 Connection::GoalTopics& Connection::goal_topics() {

@@ -82,6 +82,9 @@ class Connection {
   /// InvalidArgument when several cells answer.
   [[nodiscard]] msg::WorldEditReply edit(msg::WorldEditRequest request, const Wait& wait);
 
+  /// Sends an order to the device of an arm and waits for the reply of its driver. Throws Unreachable, Interrupted.
+  [[nodiscard]] msg::DeviceReply order_device(const std::string& arm, msg::DeviceOrder order, const Wait& wait);
+
   /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
   void cancel(const GoalRecord& record);
@@ -183,6 +186,7 @@ class Connection {
   struct Endpoints {
     std::optional<Channel<msg::SupervisorRequest, msg::SupervisorReply>> supervisor;
     std::optional<Channel<msg::WorldEditRequest, msg::WorldEditReply>> world;
+    std::optional<Channel<msg::DeviceRequest, msg::DeviceReply>> devices;
     std::optional<GoalTopics> goals;
     std::optional<bus::Reader<msg::Fault>> faults;
     std::optional<bus::Reader<msg::ArmState>> arms;

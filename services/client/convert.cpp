@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <string_view>
+
+#include "planner/model/convex_hull.hpp"
+#include "services/messages/convert.hpp"
 
 namespace hecaton {
 
@@ -75,6 +79,15 @@ struct ShapeToMessage {
   }
   void operator()(const Capsule& capsule) const {
     set(msg::ShapeKind::SHAPE_CAPSULE, {capsule.radius, 0.5 * capsule.length});
+  }
+  void operator()(const ConvexHull& hull) const {
+    std::vector<Eigen::Vector3d> points;
+    for (const Vector3& point : hull.points) points.emplace_back(point.x, point.y, point.z);
+    try {
+      message = messages::to_message(world::PlacedShape{planner::convex_shape(points)});
+    } catch (const std::invalid_argument& error) {
+      throw InvalidArgument(std::string("the points of a convex hull: ") + error.what());
+    }
   }
 };
 

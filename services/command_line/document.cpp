@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "services/config/text.hpp"
+#include "services/config/validate.hpp"
+
 namespace hecaton::services::cli {
 namespace {
 
@@ -68,11 +71,19 @@ std::string yaml_text(const Json& value) {
   return out;
 }
 
+Json findings_json(std::span<const config::Finding> findings) {
+  Json list = Json::array();
+  for (const config::Finding& finding : findings) {
+    list.push_back({{"severity", config::name_of(finding.severity)}, {"sentence", finding.sentence}});
+  }
+  return list;
+}
+
 void print(const Settings& settings, const Json& value, const std::string& table) {
   std::string text;
   switch (settings.format()) {
     case OutputFormat::kTable:
-      text = table;
+      text = config::valid_utf8(table);
       break;
     case OutputFormat::kJson:
       text = json_text(value);

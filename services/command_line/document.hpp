@@ -1,11 +1,16 @@
 #pragma once
 /// Data for programs: one tree of values, printed as JSON or YAML. Keys keep their order.
 
+#include <span>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "services/command_line/program.hpp"
+
+namespace hecaton::config {
+struct Finding;
+}  // namespace hecaton::config
 
 namespace hecaton::services::cli {
 
@@ -18,7 +23,11 @@ using Json = nlohmann::ordered_json;
 /// with a fixed count of digits.)
 [[nodiscard]] std::string yaml_text(const Json& value);
 
-/// Prints on stdout in the format of `settings`: `table` for people, or `value`.
+/// The member `findings` of every document: [{severity: error | warning | note, sentence}].
+[[nodiscard]] Json findings_json(std::span<const config::Finding> findings);
+
+/// Prints on stdout in the format of `settings`: `table` for people, or `value`. The output is valid UTF-8: bytes that
+/// are not are replaced in values and escaped in tables.
 void print(const Settings& settings, const Json& value, const std::string& table);
 
 }  // namespace hecaton::services::cli

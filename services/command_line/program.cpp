@@ -114,7 +114,9 @@ ExitCode run_program(const Program& program, int argc, const char* const* argv) 
   Session session;
   const auto app = make_application(program, session);
   const auto complain = [&](ExitCode code, const std::string& sentence) {
-    if (!sentence.empty()) std::fprintf(stderr, "%s: %s\n", program.name.c_str(), sentence.c_str());
+    if (!sentence.empty()) {
+      std::fprintf(stderr, "%s: %s\n", program.name.c_str(), config::sentence_text(sentence).c_str());
+    }
     return code;
   };
   try {

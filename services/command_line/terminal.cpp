@@ -14,12 +14,6 @@ namespace {
 constexpr std::size_t kGap = 2;
 constexpr std::size_t kNarrowest = 12;  // of a column of text that stays readable
 
-bool is_terminal(std::FILE* stream) {
-  if (isatty(fileno(stream)) == 0) return false;
-  const char* term = std::getenv("TERM");
-  return term == nullptr || std::string_view(term) != "dumb";
-}
-
 struct Size {
   std::size_t rows;
   std::size_t columns;
@@ -44,6 +38,16 @@ std::size_t escape_length(std::string_view text) {
 }
 
 }  // namespace
+
+bool is_terminal(std::FILE* stream) {
+  if (isatty(fileno(stream)) == 0) return false;
+  const char* term = std::getenv("TERM");
+  return term == nullptr || std::string_view(term) != "dumb";
+}
+
+std::size_t terminal_columns(std::FILE* stream) {
+  return terminal_size(stream).columns;
+}
 
 std::string decimal_text(double value, int digits) {
   std::array<char, 64> buffer{};

@@ -10,6 +10,11 @@
 
 namespace hecaton::services::cli {
 
+/// True for a terminal that can redraw text: not when TERM is "dumb".
+[[nodiscard]] bool is_terminal(std::FILE* stream);
+/// Width of the terminal; 80 when it is unknown.
+[[nodiscard]] std::size_t terminal_columns(std::FILE* stream);
+
 /// "850 µs", "17 ms", "0.42 s", "2 min 5 s"; "never" for a negative value (the age of something never received).
 [[nodiscard]] std::string duration_text(double seconds);
 /// "18 mm", "0.418 m", "-3.2 mm"; "–" when not finite.

@@ -188,6 +188,18 @@ void check_relations(const MapView& root, const CellFile& file) {
   require_below("world_period", file.cell.timing.world_period);
 }
 
+/// Names of arms become parts of topics of ROS 2.
+void check_ros2_names(const MapView& root, const CellFile& file) {
+  if (!file.ros2) return;
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    const std::string& name = file.cell.arms[i].arm.name;
+    const bool digit_first = name.front() >= '0' && name.front() <= '9';
+    if (!digit_first && name.find_first_of("-.") == std::string::npos) continue;
+    root.fail("arms[" + std::to_string(i) + "].name", name,
+              "letters, digits and underscores without a digit in front, because the section ros2 makes topics of it");
+  }
+}
+
 /// "arm left", "arms left, right"
 std::string named(const planner::Cell& cell, const std::vector<int>& arms) {
   std::string names = arms.size() == 1 ? "arm" : "arms";
@@ -235,14 +247,24 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   const MapView root = YamlView(tree, source, "").map(section::kRoot);
   file.cell.name = root.at("name").name();
   file.network = read_network(root);
+  file.keystore = read_keystore(root);
   file.hosts = read_hosts(root);
   file.world_host = read_world_host(root, file.hosts);
   file.supervision = read_supervision(root, file.hosts);
+  file.view = read_view(root, file.hosts);
+  file.ros2 = read_ros2(root, file.hosts);
+  if (!file.keystore.empty() && file.ros2 && file.ros2->control) {
+    root.at("ros2")
+        .map(section::kRos2)
+        .at("control")
+        .fail("false in a cell with security, because nodes of ROS 2 need no keys");
+  }
   file.cell.timing = read_timing(root);
   file.real_time = read_real_time(root);
   file.cell.tasks = read_tasks(root);
   check_relations(root, file);
   const OpenValues open = read_arms(root, methods, file);
+  check_ros2_names(root, file);
   check_task_poses(root, file.cell);
   file.cell.scene = read_scene(root, file.cell.arms, ShapeSections(shapes));
   leave_out_poses(file.cell, file.notes);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,24 +17,25 @@
 
 namespace hecaton::config {
 
+/// How samples travel between processes.
 enum class Transport {
-  kUdp,
+  kUdp,           ///< between any hosts
   kSharedMemory,  ///< one host with one /dev/shm only
 };
 
 /// How processes find each other.
 enum class Discovery {
-  kMulticast,
-  kUnicast,  ///< each process announces itself to the hosts' addresses and to `peers`
+  kMulticast,  ///< one announcement reaches all
+  kUnicast,    ///< each process announces itself to the hosts' addresses and to `peers`
 };
 
 /// `network`.
 struct Network {
-  int domain = 42;  ///< DDS domain, 0 to 199
-  Transport transport = Transport::kUdp;
-  std::string interface;  ///< address or name of the network interface to use; empty: all
-  Discovery discovery = Discovery::kMulticast;
-  std::vector<std::string> peers;  ///< IPv4 addresses of other machines to announce to; kUnicast only
+  int domain = 42;                              ///< DDS domain, 0 to 199
+  Transport transport = Transport::kUdp;        ///< of samples
+  std::string interface;                        ///< address or name of the network interface to use; empty: all
+  Discovery discovery = Discovery::kMulticast;  ///< how processes find each other
+  std::vector<std::string> peers;               ///< IPv4 addresses of other machines to announce to; kUnicast only
 };
 
 /// A host of services.
@@ -50,14 +52,14 @@ struct ArmHosts {
 
 /// The device that moves an arm: `device` of the cell file. services/arm_driver/devices defines its types and keys.
 struct DeviceOptions {
-  std::string type = "simulated";
+  std::string type = "simulated";                          ///< a name of device_types()
   std::map<std::string, std::string, std::less<>> values;  ///< its other keys
   std::string where;                                       ///< "FILE: arms[0].device", the beginning of messages
 };
 
 /// The supervisor's hosts, and the time limits of fault detection.
 struct Supervision {
-  std::string host;
+  std::string host;          ///< of the supervisor
   std::string standby_host;  ///< of the standby supervisor; empty: none
   std::chrono::nanoseconds heartbeat_period = std::chrono::milliseconds(10);  ///< of every service's working loop
   /// After this time without heartbeat a loop counts as hanging; > heartbeat_period, whole milliseconds for DDS.
@@ -70,22 +72,68 @@ struct Supervision {
   /// 0: never.
   std::chrono::nanoseconds watchdog = std::chrono::seconds(10);
   /// Kinds of faults whose hold lasts until a person resumes the arms. The hold of other kinds ends with the fault.
-  std::set<std::string, std::less<>> waits_for_resume = {"contact"};
+  std::set<std::string, std::less<>> waits_for_resume = {"contact",         "device_not_ready", "remote_control_off",
+                                                         "program_stopped", "safeguard_stop",   "protective_stop",
+                                                         "emergency_stop",  "arm_failed"};
+};
+
+/// `view`: the service hecaton-view, which shows the cell in a browser.
+struct View {
+  std::string host;                  ///< of the service; its agent starts it
+  std::string listen = "127.0.0.1";  ///< IPv4 address of the page; 0.0.0.0: all of the host
+  std::optional<int> port;           ///< 1 to 65535; empty: view_port()
+};
+
+/// The port of the page of a cell in this DDS domain, unless the cell file has another one. Cells of one machine run in
+/// different domains, and so their pages have different ports.
+[[nodiscard]] constexpr int view_port(int domain) {
+  return 8000 + domain;
+}
+
+/// What a user of that host types into a browser: "http://127.0.0.1:8042/". `domain`: of DDS.
+[[nodiscard]] std::string view_url(const View& view, int domain);
+
+/// The files that describe the robot of an arm, for programs that draw it.
+struct RobotFiles {
+  std::string urdf;                                    ///< path of the URDF or xacro file
+  std::map<std::string, std::string> packages;         ///< as in planner::UrdfOptions
+  std::map<std::string, std::string> xacro_arguments;  ///< as in planner::UrdfOptions
+};
+
+/// The layout of `ros_discovery_info`, which differs between distributions of ROS 2 although its type's name does not.
+enum class Ros2Distribution {
+  kHumble,  ///< identifiers of 24 bytes
+  kJazzy,   ///< and Iron, Kilted: of 16 bytes
+};
+
+/// `ros2`: the service that shows the cell to ROS 2.
+struct Ros2 {
+  int domain = 0;                                ///< DDS domain of the ROS 2 nodes (ROS_DOMAIN_ID), 0 to 199
+  std::optional<Ros2Distribution> distribution;  ///< empty: the service announces no node names
+  std::string ns;                                ///< namespace "/cell1" of its topics; empty: none
+  std::string host;                              ///< of the service
+  std::string interface;                         ///< address or name of the network interface to use; empty: all
+  double period = 0.02;                          ///< between two messages of joint states and transforms [s]
+  bool control = false;                          ///< ROS 2 nodes may send goals and orders
 };
 
 /// The content of a cell file.
 struct CellFile {
-  std::string path;  ///< as given to load_cell_file
-  planner::Cell cell;
-  Network network;
+  std::string path;                    ///< as given to load_cell_file
+  planner::Cell cell;                  ///< arms, obstacles, timing and tasks
+  Network network;                     ///< of all processes
+  std::string keystore;                ///< folder of the cell's keys; empty: an open cell
   std::vector<Host> hosts;             ///< at least one, in the file's order
   std::vector<ArmHosts> arm_hosts;     ///< one per arm of the cell
   std::vector<DeviceOptions> devices;  ///< one per arm of the cell
-  std::string world_host;
-  Supervision supervision;
-  planner::SourceFiles sources;    ///< the files that it was read from
-  std::vector<std::string> notes;  ///< what the reader assumed or left out, a sentence each, for `hecaton check`
-  bool real_time = false;          ///< loops of services get real-time priority where the machine allows it
+  std::vector<RobotFiles> robots;      ///< one per arm of the cell
+  std::string world_host;              ///< of the world service
+  Supervision supervision;             ///< of the cell
+  std::optional<View> view;            ///< empty: no agent starts it
+  std::optional<Ros2> ros2;            ///< empty: the cell has no such service
+  planner::SourceFiles sources;        ///< the files that it was read from
+  std::vector<std::string> notes;      ///< what the reader assumed or left out, a sentence each, for `hecaton check`
+  bool real_time = false;              ///< loops of services get real-time priority where the machine allows it
 };
 
 /// Reads a cell file and checks that the cell can start: check_start(). `snapshot`: a folder of copies to read instead

@@ -156,7 +156,7 @@ Bodies fixed_parts(const planner::Cell& cell, const planner::CellGeometry& geome
   return fixed;
 }
 
-// docs/design/0010-passing-obstacles.md: arms assume a bound on the acceleration of obstacles.
+// docs/explanation/0010-passing-obstacles.md: arms assume a bound on the acceleration of obstacles.
 void check_acceleration(const planner::Cell& cell, const world::Obstacle& obstacle, const std::string& key,
                         Findings& findings) {
   const double needed = world::greatest_acceleration(obstacle);

@@ -74,7 +74,13 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   }
   if (const auto joints = arm.find("joints")) {
     for (const auto& [name, position] : joints->named_items(kMostHeldJoints)) {
-      options.held_joints[name] = position.number({-1e6, 1e6, "rad or m"});
+      const Bounds bounds{-1e6, 1e6, "rad or m"};
+      if (position.is_sequence()) {
+        const auto ends = position.items(2, 2, "numbers: the lowest and the highest position");
+        options.moving_joints[name] = {ends[0].number(bounds), ends[1].number(bounds)};
+      } else {
+        options.held_joints[name] = position.number(bounds);
+      }
     }
   }
   if (const auto arguments = arm.find("xacro")) {
@@ -91,9 +97,9 @@ planner::UrdfOptions read_options(const ArmView& arm) {
 
 bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
   return a.base_link == b.base_link && a.tool_link == b.tool_link && a.X_LT.matrix() == b.X_LT.matrix() &&
-         a.other_arms == b.other_arms && a.held_joints == b.held_joints && a.srdf_path == b.srdf_path &&
-         a.packages == b.packages && a.xacro_arguments == b.xacro_arguments && a.meshes == b.meshes &&
-         a.default_velocity == b.default_velocity && a.allow_bare_links == b.allow_bare_links;
+         a.other_arms == b.other_arms && a.held_joints == b.held_joints && a.moving_joints == b.moving_joints &&
+         a.srdf_path == b.srdf_path && a.packages == b.packages && a.xacro_arguments == b.xacro_arguments &&
+         a.meshes == b.meshes && a.default_velocity == b.default_velocity && a.allow_bare_links == b.allow_bare_links;
 }
 
 /// The description of an arm's robot: the value of `urdf`, or of `robot`.
@@ -128,6 +134,14 @@ RobotSource robot_source(const ArmView& arm) {
     if (urdf) return {*urdf, false};
   }
   arm.own.fail_missing("urdf", "given, or robot with a name that `hecaton robots` lists");
+}
+
+RobotFiles robot_files(const ArmView& arm) {
+  const RobotSource source = robot_source(arm);
+  const planner::UrdfOptions options = read_options(arm);
+  const std::string text = source.view.text();
+  return {source.by_name ? read_named_robot(text, source.view.sources()).urdf : beside(source.view.file(), text),
+          options.packages, options.xacro_arguments};
 }
 
 /// Loads the robot models of a cell. Arms with the same robot and options share one model.
@@ -290,7 +304,8 @@ class SharedRobots {
 /// A joint that the first arm moves and that carries the second one.
 std::string carrying_joint(const planner::RobotModel& carrier, const planner::RobotModel& carried) {
   for (int i = carried.tool_link; i >= 0; i = carried.links[i].parent) {
-    const std::string& name = carried.links[i].joint_name;
+    const planner::Link& link = carried.links[i];
+    const std::string& name = link.joint >= 0 ? carried.joint_names[link.joint] : link.joint_name;
     const auto& moved = carrier.joint_names;
     if (std::find(moved.begin(), moved.end(), name) != moved.end()) return name;
   }
@@ -384,6 +399,7 @@ OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods
     note_open_values(arm, i, *file.cell.arms.back().arm.model, open);
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));
+    file.robots.push_back(robot_files(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
   check_shared_joints(arms, file.cell.arms);

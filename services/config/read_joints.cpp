@@ -15,11 +15,7 @@ constexpr double kFastest = 1e3;           // [rad/s | m/s]
 constexpr double kMostAcceleration = 1e5;  // [rad/s² | m/s²]
 
 std::string unit_of(const RobotModel& model, int joint, const char* per = "") {
-  for (const planner::Link& link : model.links) {
-    if (link.joint == joint)
-      return (link.joint_type == planner::JointType::kPrismatic ? "m" : "rad") + std::string(per);
-  }
-  return {};
+  return (joint_type(model, joint) == planner::JointType::kPrismatic ? "m" : "rad") + std::string(per);
 }
 
 std::vector<YamlView> one_per_joint(const YamlView& view, const RobotModel& model) {
@@ -39,7 +35,7 @@ void tighten_positions(const YamlView& view, const RobotModel& model, bool upper
     const double high = std::min(model.limits.upper[joint], 1e6);
     const double value = number.number({-1e6, 1e6, unit});
     if (value < low || value > high) {
-      number.fail("within the URDF's limits of " + model.joint_names[joint] + ", " + Bounds{low, high, unit}.text());
+      number.fail("within the limits of " + model.joint_names[joint] + ", " + Bounds{low, high, unit}.text());
     }
     bound[joint] = value;
   };

@@ -17,6 +17,7 @@ constexpr int kLastDomain = 199;
 constexpr std::size_t kMostHosts = 64;
 constexpr std::array<std::string_view, 2> kTransports = {"udp", "shm"};
 constexpr std::array<std::string_view, 2> kDiscoveries = {"multicast", "unicast"};
+constexpr std::array<std::string_view, 2> kDistributions = {"humble", "jazzy"};
 constexpr std::array<std::string_view, 2> kRecoveries = {"automatic", "resume"};
 
 constexpr std::size_t kLongestHostName = 253;  // RFC 1035, without the last dot
@@ -73,6 +74,15 @@ std::string read_ipv4(const YamlView& view) {
   const auto number = ipv4(address);
   if (!number || !is_unicast(*number)) {
     view.fail("an IPv4 address of one machine, such as 10.0.0.2, without a port");
+  }
+  return address;
+}
+
+std::string read_listen_address(const YamlView& view) {
+  std::string address = view.text();
+  const auto number = ipv4(address);
+  if (!number || !(is_unicast(*number) || *number == 0)) {
+    view.fail("an IPv4 address of the host: 127.0.0.1 for this host alone, 0.0.0.0 for all of its networks");
   }
   return address;
 }
@@ -139,6 +149,23 @@ void read_recovery(const MapView& map, Supervision& supervision) {
     supervision.waits_for_resume.erase(std::string(kind));
     if (how->choice(kRecoveries) == 1) supervision.waits_for_resume.emplace(kind);
   }
+}
+
+/// A namespace of ROS 2: names with letters, digits and underscores, each after a slash.
+std::string read_namespace(const YamlView& view) {
+  const std::string text = view.text();
+  bool valid = text.front() == '/' && text.size() <= 128;
+  char before = ' ';
+  for (const char c : text) {
+    const bool begins = before == '/' || before == ' ';
+    const bool allowed = before == ' ' ? c == '/' : is_letter(c) || c == '_' || (!begins && (is_digit(c) || c == '/'));
+    valid = valid && allowed;
+    before = c;
+  }
+  if (!valid || before == '/') {
+    view.fail("a namespace such as /cell1: names of letters, digits and underscores, each after a slash");
+  }
+  return text;
 }
 
 }  // namespace
@@ -209,6 +236,46 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   require_order("heartbeat_deadline", deadline, "host_lease", supervision.host_lease);
   require_order("heartbeat_period", period, "failover_timeout", supervision.failover_timeout);
   return supervision;
+}
+
+std::string read_keystore(const MapView& root) {
+  const auto section = root.find("security");
+  if (!section) return {};
+  const YamlView keystore = section->map(section::kSecurity).at("keystore");
+  return beside(keystore.file(), keystore.text());
+}
+
+std::string view_url(const View& view, int domain) {
+  const std::string host = view.listen == "0.0.0.0" ? "localhost" : view.listen;
+  return "http://" + host + ":" + std::to_string(view.port.value_or(view_port(domain))) + "/";
+}
+
+std::optional<View> read_view(const MapView& root, const std::vector<Host>& hosts) {
+  const auto section = root.find("view");
+  if (!section) return std::nullopt;
+  const MapView map = section->map(section::kView);
+  View view;
+  view.host = read_host(map, "host", hosts);
+  if (const auto listen = map.find("listen")) view.listen = read_listen_address(*listen);
+  if (const auto port = map.find("port")) view.port = port->integer(1, 65535);
+  return view;
+}
+
+std::optional<Ros2> read_ros2(const MapView& root, const std::vector<Host>& hosts) {
+  const auto view = root.find("ros2");
+  if (!view) return std::nullopt;
+  const MapView map = view->map(section::kRos2);
+  Ros2 ros2;
+  if (const auto domain = map.find("domain")) ros2.domain = domain->integer(0, kLastDomain);
+  if (const auto distribution = map.find("distribution")) {
+    ros2.distribution = static_cast<Ros2Distribution>(distribution->choice(kDistributions));
+  }
+  if (const auto ns = map.find("namespace")) ros2.ns = read_namespace(*ns);
+  ros2.host = read_host(map, "host", hosts);
+  if (const auto interface = map.find("interface")) ros2.interface = read_interface(*interface);
+  read_seconds(map, "period", {0.01, 1.0, "s"}, ros2.period);
+  read_boolean(map, "control", ros2.control);
+  return ros2;
 }
 
 }  // namespace hecaton::config

@@ -17,10 +17,17 @@ namespace hecaton::config {
 
 /// `network`.
 [[nodiscard]] Network read_network(const MapView& root);
+/// `security.keystore`, beside the cell file; empty without the section.
+[[nodiscard]] std::string read_keystore(const MapView& root);
 /// `hosts`; without the section one host "localhost".
 [[nodiscard]] std::vector<Host> read_hosts(const MapView& root);
 /// `supervision`.
 [[nodiscard]] Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts);
+
+/// `view`; empty without the section.
+[[nodiscard]] std::optional<View> read_view(const MapView& root, const std::vector<Host>& hosts);
+/// `ros2`; empty without the section.
+[[nodiscard]] std::optional<Ros2> read_ros2(const MapView& root, const std::vector<Host>& hosts);
 
 /// The declared host at `key`. Without the key: the only declared host; an error when there are several.
 [[nodiscard]] std::string read_host(const MapView& map, std::string_view key, const std::vector<Host>& hosts);

@@ -26,17 +26,21 @@ struct Section {
 
 namespace section {
 inline const Section kRoot{"cell file",
-                           {"name", "network", "hosts", "world", "geometry", "supervision", "timing", "tasks",
-                            "defaults", "arms", "obstacles"}};
+                           {"name", "network", "security", "hosts", "world", "geometry", "supervision", "view", "ros2",
+                            "timing", "tasks", "defaults", "arms", "obstacles"}};
 inline const Section kNetwork{"network", {"domain", "transport", "interface", "discovery", "peers"}};
+inline const Section kSecurity{"security", {"keystore"}};
 inline const Section kHosts{"hosts", {}, true};
 inline const Section kWorld{"world", {"host", "floor_z", "gravity"}};
 inline const Section kSupervision{"supervision",
                                   {"host", "standby_host", "heartbeat_period", "heartbeat_deadline", "host_lease",
                                    "failover_timeout", "watchdog", "recovery"}};
-inline const Section kRecovery{"supervision.recovery",
-                               {"driver_silent", "world_silent", "node_missing", "node_silent", "process_died",
-                                "node_failed", "host_lost", "contact", "arm_failed"}};
+inline const Section kRecovery{
+    "supervision.recovery",
+    {"driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed", "host_lost",
+     "contact", "device_not_ready", "remote_control_off", "program_stopped", "safeguard_stop", "protective_stop",
+     "emergency_stop", "arm_failed"}};
+inline const Section kView{"view", {"host", "listen", "port"}};
 inline const Section kTiming{"timing",
                              {"control_period", "driver_period", "world_period", "command_timeout", "real_time"}};
 inline const Section kTasks{"tasks",
@@ -44,6 +48,7 @@ inline const Section kTasks{"tasks",
                              "time_limit", "clutter", "areas", "spread", "mean_wait"}};
 inline const Section kTaskAreas{"tasks.areas", {}, true};
 inline const Section kClutter{"tasks.clutter", {"count", "smallest", "largest", "inner", "outer", "lowest", "highest"}};
+inline const Section kRos2{"ros2", {"domain", "distribution", "namespace", "host", "interface", "period", "control"}};
 inline const Section kPose{"pose", {"xyz", "rpy"}};
 inline const Section kArmLimits{"arms[].limits", {"lower", "upper", "velocity", "acceleration"}};
 inline const Section kArmPoses{"arms[].poses", {}, true};

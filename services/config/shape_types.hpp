@@ -16,12 +16,13 @@ inline constexpr double kThinnest = 1e-4;
 
 /// A size of a shape: a length, and a key of the shape's map.
 struct ShapeSize {
-  std::string_view key;
+  std::string_view key;      ///< in the cell file
   double least = kThinnest;  ///< [m]
 
-  [[nodiscard]] Bounds bounds() const { return {least, kFarthest, "m"}; }
+  [[nodiscard]] Bounds bounds() const { return {least, kFarthest, "m"}; }  ///< of its values
 };
 
+/// One type of shapes, and how to make them.
 struct ShapeType {
   std::string_view name;         ///< value of `type`; "box" and "mesh" are taken
   std::string_view description;  ///< of the sizes, for help texts

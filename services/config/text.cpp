@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "planner/model/source_file.hpp"
+
 namespace hecaton::config {
 namespace {
 
@@ -41,6 +43,31 @@ std::optional<double> special_number(std::string_view text) {
   if (lower == "inf" || lower == "infinity") return sign * std::numeric_limits<double>::infinity();
   if (lower == "nan") return std::numeric_limits<double>::quiet_NaN();
   return std::nullopt;
+}
+
+bool is_control(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  return byte < 0x20 || byte == 0x7F;
+}
+
+/// Appends the character that begins at `i`, escaped if `must_escape` or if it is no UTF-8. Returns its bytes.
+std::size_t append_escaped(std::string_view text, std::size_t i, bool (*must_escape)(char), std::string& out) {
+  const std::size_t length = planner::utf8_length(text, i);
+  if (length > 0 && !(length == 1 && must_escape(text[i]))) {
+    out += text.substr(i, length);
+    return length;
+  }
+  char escape[8];
+  std::snprintf(escape, sizeof escape, "\\x%02x", static_cast<unsigned char>(text[i]));
+  out += escape;
+  return 1;
+}
+
+/// Without the last character, of which bytes may be missing.
+std::string whole_characters(std::string text) {
+  while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) text.pop_back();
+  if (!text.empty() && static_cast<unsigned char>(text.back()) >= 0xC0U) text.pop_back();
+  return text;
 }
 
 }  // namespace
@@ -102,23 +129,37 @@ std::string milliseconds_text(double seconds) {
 
 std::string printable(std::string_view text) {
   std::string line;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (line.size() >= kLongestText) {
-      // Do not cut a UTF-8 sequence: go back to the beginning of the character.
-      while (!line.empty() && (static_cast<unsigned char>(line.back()) & 0xC0U) == 0x80U) line.pop_back();
-      if (!line.empty() && static_cast<unsigned char>(line.back()) >= 0xC0U) line.pop_back();
-      return line + "…";
-    }
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (byte < 0x20 || byte == 0x7F) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\x%02x", byte);
-      line += escape;
-    } else {
-      line += text[i];
-    }
+  for (std::size_t i = 0; i < text.size();) {
+    if (line.size() >= kLongestText) return whole_characters(line) + "…";
+    i += append_escaped(text, i, is_control, line);
   }
   return line;
+}
+
+std::string valid_utf8(std::string_view text) {
+  std::string valid;
+  for (std::size_t i = 0; i < text.size();) {
+    i += append_escaped(
+        text, i, [](char) { return false; }, valid);
+  }
+  return valid;
+}
+
+std::string sentence_text(std::string_view text) {
+  constexpr std::size_t kLongestWord = 400;  // [bytes]; paths may be long
+  constexpr std::size_t kWordBegin = 200;    // [bytes] kept of a longer one
+  constexpr std::size_t kLongest = 3000;     // [bytes]
+  std::string sentence;
+  while (!text.empty() && sentence.size() < kLongest) {
+    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
+    std::string word;
+    for (std::size_t i = 0; i < std::min(end, kLongestWord);) i += append_escaped(text, i, is_control, word);
+    if (end > kLongestWord) word = whole_characters(word.substr(0, kWordBegin)) + "…";
+    sentence += word;
+    if (end < text.size()) sentence += text[end];
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return text.empty() ? sentence : sentence + "…";
 }
 
 std::optional<double> parse_number(std::string_view text) {

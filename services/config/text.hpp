@@ -31,8 +31,15 @@ inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits
 /// "12.5ms" for a time in seconds.
 [[nodiscard]] std::string milliseconds_text(double seconds);
 
-/// `text` on one line: control characters escaped, long texts cut with "…".
+/// `text` on one line: control characters and bytes that are no UTF-8 escaped, long texts cut with "…".
 [[nodiscard]] std::string printable(std::string_view text);
+
+/// `text` as valid UTF-8: bytes that are not are escaped ("\xff").
+[[nodiscard]] std::string valid_utf8(std::string_view text);
+
+/// A sentence for people that may quote input, which cannot fill their screen. Control characters other than line ends,
+/// and bytes that are no UTF-8, are escaped. Very long words and texts are shortened with "…".
+[[nodiscard]] std::string sentence_text(std::string_view text);
 
 /// The value of a text that is one decimal number ("1", "-0.5", "1e-3"), or "inf" or "nan" in the spelling of YAML or
 /// C; empty for any other text. Too large numbers become ±infinity. Independent of the locale.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/trajectory/stop_profile.hpp"
@@ -40,6 +41,20 @@ bool reaches(const planner::Arm& arm, const Eigen::Vector3d& p_W) {
   return planner::inverse_kinematics(arm, X_WT, arm.home(), options).has_value();
 }
 
+/// True if the tool lies in the task area in one of many random postures.
+bool enters(const planner::Arm& arm, const planner::TaskArea& area) {
+  constexpr int kPostures = 5000;
+  std::mt19937_64 random(1);
+  planner::Kinematics kinematics;
+  const planner::Pose X_AW = area.frame(arm.X_WB).inverse();
+  for (int k = 0; k < kPostures; ++k) {
+    planner::forward_kinematics(*arm.model, arm.X_WB, planner::random_configuration(arm.limits, random), kinematics);
+    const Eigen::Vector3d offset = X_AW * kinematics.X_WT.translation() - area.centre;
+    if (offset.head<2>().norm() <= area.radius && std::abs(offset.z()) <= area.half_height) return true;
+  }
+  return false;
+}
+
 void check_reach(const planner::Cell& cell, Findings& findings) {
   if (!cell.tasks.pose_sequence.empty() || !cell.tasks.problem.areas.empty()) return;
   if (cell.tasks.radius <= 0.0) {
@@ -49,6 +64,9 @@ void check_reach(const planner::Cell& cell, Findings& findings) {
     return;
   }
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
+    // A tool that stays on a surface reaches few points of any volume.
+    const bool on_surface = planner::tool_stays_on_surface(cell.arms[arm].arm);
+    if (on_surface && cell.tasks.half_height > 0.0 && enters(cell.arms[arm].arm, cell.tasks)) continue;
     const auto points = sample_points(cell.tasks, cell.arms[arm].arm.X_WB);
     std::size_t reached = 0;
     for (const Eigen::Vector3d& point : points) reached += reaches(cell.arms[arm].arm, point) ? 1U : 0U;
@@ -81,7 +99,7 @@ void check_latency(const planner::Cell& cell, int arm, Findings& findings) {
                      " m/s continues for " + number_text(latency * 1e3) + " ms before the arm reacts");
 }
 
-// docs/design/0001-braking.md: an arm can brake along a damper's line only when k = ξ/(dᵢ − dₛ) ≤ 1/(T + dt).
+// docs/explanation/0001-braking.md: an arm can brake along a damper's line only when k = ξ/(dᵢ − dₛ) ≤ 1/(T + dt).
 void check_slope(const planner::Cell& cell, int arm, const char* kind, double security, double influence,
                  Findings& findings) {
   const planner::PlannedArm& planned = cell.arms[arm];
@@ -120,7 +138,7 @@ double widest_gap(const planner::RangeSensor& sensor) {
   return widest;
 }
 
-// docs/design/0011-sensed-cspace.md: an obstacle protrudes between two beams by at most half of their distance.
+// docs/explanation/0011-sensed-cspace.md: an obstacle protrudes between two beams by at most half of their distance.
 void check_sensors(const planner::Cell& cell, Findings& findings) {
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     const planner::PlannedArm& planned = cell.arms[arm];
@@ -163,10 +181,29 @@ void note_standbys(const CellFile& file, Findings& findings) {
   }
 }
 
+void check_network(const CellFile& file, Findings& findings) {
+  if (file.hosts.size() < 2 || !file.keystore.empty()) return;
+  warn(
+      findings,
+      "the cell spans hosts and is open: every program on their network can move its arms; security.keystore locks it");
+}
+
 }  // namespace
 
 std::string arm_key(int arm) {
   return "arms[" + std::to_string(arm) + "]";
+}
+
+const char* name_of(Severity severity) {
+  switch (severity) {
+    case Severity::kError:
+      return "error";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kNote:
+      break;
+  }
+  return "note";
 }
 
 std::vector<Finding> validate(const CellFile& file) {
@@ -178,6 +215,7 @@ std::vector<Finding> validate(const CellFile& file) {
   check_sensors(file.cell, findings);
   check_methods(file.cell, findings);
   note_standbys(file, findings);
+  check_network(file, findings);
   for (const std::string& note : file.notes) findings.push_back({Severity::kNote, note});
   std::stable_sort(findings.begin(), findings.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });

@@ -14,6 +14,9 @@ enum class Severity {
   kError,    ///< the cell cannot do any task
 };
 
+/// "error", "warning" or "note"
+[[nodiscard]] const char* name_of(Severity severity);
+
 /// One finding about a cell.
 struct Finding {
   Severity severity = Severity::kNote;

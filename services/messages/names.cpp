@@ -34,6 +34,18 @@ std::string text(ArmMode mode) {
   return "unknown";
 }
 
+std::string text(DeviceOrder order) {
+  switch (order) {
+    case DeviceOrder::DEVICE_POWER_ON:
+      return "on";
+    case DeviceOrder::DEVICE_POWER_OFF:
+      return "off";
+    case DeviceOrder::DEVICE_UNLOCK:
+      return "unlock";
+  }
+  return "unknown";
+}
+
 std::string text(GoalState state) {
   switch (state) {
     case GoalState::GOAL_ACCEPTED:

@@ -10,6 +10,7 @@ namespace hecaton::msg {
 
 [[nodiscard]] std::string text(Mode mode);          ///< "run", "hold", "stop"
 [[nodiscard]] std::string text(ArmMode mode);       ///< "starting", "running", "braking", "stopped", "failed"
+[[nodiscard]] std::string text(DeviceOrder order);  ///< "on", "off", "unlock"
 [[nodiscard]] std::string text(GoalState state);    ///< "accepted", …, "timed_out"
 [[nodiscard]] std::string text(NodeKind kind);      ///< "planner", …
 [[nodiscard]] std::string text(NodeState state);    ///< "starting", …

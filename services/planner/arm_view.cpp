@@ -7,6 +7,12 @@
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services {
+namespace {
+
+/// A planner's log of set-points does not reach further back [s].
+constexpr double kLongestTrackingDelay = 1.0;
+
+}  // namespace
 
 SenderClock::Clock::time_point SenderClock::sent(std::int64_t stamp_ns, Clock::time_point received) {
   // Bounds invalid stamps, so that no difference overflows.
@@ -52,6 +58,14 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
     return "ArmState of " + state.arm() + ": command_age = " + std::to_string(state.command_age()) +
            " must be at least 0 s";
   }
+  if (!(state.tracking_delay() >= 0.0 && state.tracking_delay() <= kLongestTrackingDelay)) {
+    return "ArmState of " + state.arm() + ": tracking_delay = " + std::to_string(state.tracking_delay()) +
+           " must be 0 to 1 s";
+  }
+  if (!(state.speed_scaling() >= 0.0 && state.speed_scaling() <= 1.0)) {
+    return "ArmState of " + state.arm() + ": speed_scaling = " + std::to_string(state.speed_scaling()) +
+           " must be 0 to 1";
+  }
   SenderClock clock = known && known->writer == writer ? known->clock : SenderClock();
   const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
   known = ReceivedState{*q,
@@ -61,6 +75,8 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
                         state.term(),
                         state.command_sequence_number(),
                         state.command_age(),
+                        state.tracking_delay(),
+                        state.speed_scaling(),
                         {state.planner(), state.newest_term()},
                         state.stamp_ns(),
                         state.sequence_number(),

@@ -11,15 +11,34 @@ namespace hecaton::services {
 ObstacleView::ObstacleView(std::vector<std::string> arms)
     : arms_(std::move(arms)), obstacles_(std::make_shared<const std::vector<world::Obstacle>>()) {}
 
-std::optional<std::string> ObstacleView::apply(const msg::ObstacleShapes& shapes) {
+// Of further participants the oldest is forgotten, but not the one that sends the states.
+ObstacleView::World& ObstacleView::world_of(const bus::EndpointId& writer) {
+  const auto is_its = [](const bus::EndpointId& id) {
+    return [&id](const World& world) { return world.writer.same_participant(id); };
+  };
+  const auto known = std::find_if(worlds_.begin(), worlds_.end(), is_its(writer));
+  if (known != worlds_.end()) return *known;
+  if (worlds_.size() == kMostWorlds) {
+    const bool oldest_is_used = newest_ && worlds_.front().writer.same_participant(newest_->writer);
+    worlds_.erase(worlds_.begin() + (oldest_is_used ? 1 : 0));
+  }
+  return worlds_.emplace_back(World{writer, {}});
+}
+
+std::optional<std::string> ObstacleView::apply(const msg::ObstacleShapes& shapes, const bus::EndpointId& writer) {
   const auto obstacle = messages::from_message(shapes.obstacle());
   if (!obstacle) return obstacle.error;
   if (obstacle->attachment && std::find(arms_.begin(), arms_.end(), obstacle->attachment->arm) == arms_.end()) {
     return "obstacle \"" + obstacle->name + "\": attached_to = " + obstacle->attachment->arm +
            " must be an arm of the cell";
   }
-  shapes_[obstacle->name] = Known{*obstacle};
-  shapes_changed_ = true;
+  World& world = world_of(writer);
+  if (world.shapes.size() == kMostDescribed && !world.shapes.contains(obstacle->name)) {
+    return "obstacle \"" + obstacle->name + "\": its world has more than " + std::to_string(kMostDescribed) +
+           " obstacles";
+  }
+  world.shapes[obstacle->name] = Known{*obstacle};
+  if (!newest_ || newest_->writer.same_participant(writer)) shapes_changed_ = true;
   return std::nullopt;
 }
 
@@ -29,6 +48,7 @@ std::optional<std::string> ObstacleView::apply(const msg::ObstacleStates& states
   if (overtaken) return std::nullopt;
   auto snapshot = messages::from_message(states, 0.0);
   if (!snapshot) return snapshot.error;
+  if (newest_ && !newest_->writer.same_participant(writer)) shapes_changed_ = true;
   SenderClock clock = newest_ && newest_->writer == writer ? newest_->clock : SenderClock();
   const Clock::time_point sent = clock.sent(states.stamp_ns(), received);
   newest_ = Arrived{std::move(snapshot.value->snapshot), std::move(snapshot.value->names), writer, sent, clock};
@@ -36,15 +56,17 @@ std::optional<std::string> ObstacleView::apply(const msg::ObstacleStates& states
   return std::nullopt;
 }
 
-void ObstacleView::withdraw(const std::string& name) {
-  if (const auto found = shapes_.find(name); found != shapes_.end()) found->second.withdrawn = true;
+void ObstacleView::withdraw(const std::string& name, const bus::EndpointId& writer) {
+  World& world = world_of(writer);
+  if (const auto found = world.shapes.find(name); found != world.shapes.end()) found->second.withdrawn = true;
 }
 
 bool ObstacleView::join() {
   if (!newest_ || (!waiting_ && !shapes_changed_)) return false;
   const Arrived& arrived = *newest_;
+  World& world = world_of(arrived.writer);
   for (const std::string& name : arrived.names) {
-    if (shapes_.contains(name)) continue;
+    if (world.shapes.contains(name)) continue;
     missing_ = "the shape of obstacle " + name + " is not known yet";
     return false;
   }
@@ -56,15 +78,15 @@ bool ObstacleView::join() {
   if (!other_list) return false;
   shapes_changed_ = false;
   names_ = arrived.names;
-  forget_withdrawn();
+  forget_withdrawn(world);
   auto obstacles = std::make_shared<std::vector<world::Obstacle>>();
-  for (const std::string& name : names_) obstacles->push_back(shapes_.at(name).obstacle);
+  for (const std::string& name : names_) obstacles->push_back(world.shapes.at(name).obstacle);
   obstacles_ = std::move(obstacles);
   return true;
 }
 
-void ObstacleView::forget_withdrawn() {
-  std::erase_if(shapes_, [this](const auto& entry) {
+void ObstacleView::forget_withdrawn(World& world) {
+  std::erase_if(world.shapes, [this](const auto& entry) {
     return entry.second.withdrawn && std::find(names_.begin(), names_.end(), entry.first) == names_.end();
   });
 }

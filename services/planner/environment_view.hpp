@@ -21,8 +21,8 @@
 
 namespace hecaton::services {
 
-/// The obstacles of the cell: descriptions (ObstacleShapes) joined with states (ObstacleStates) in one order. For one
-/// thread.
+/// The obstacles of the cell: descriptions (ObstacleShapes) joined with states (ObstacleStates) in one order. Only
+/// descriptions of the participant count that sends the states. For one thread.
 class ObstacleView {
  public:
   using Clock = std::chrono::steady_clock;
@@ -30,13 +30,17 @@ class ObstacleView {
 
   /// `arms`: of the cell, to which obstacles may be attached.
   explicit ObstacleView(std::vector<std::string> arms);
+  /// Participants whose descriptions are kept: the world, its successor, and one that is neither.
+  static constexpr std::size_t kMostWorlds = 3;
+  /// Descriptions that are kept of one participant.
+  static constexpr std::size_t kMostDescribed = 4096;
 
   // Each apply() returns a sentence when the message is invalid; it then has no effect.
-  std::optional<std::string> apply(const msg::ObstacleShapes& shapes);
+  std::optional<std::string> apply(const msg::ObstacleShapes& shapes, const bus::EndpointId& writer);
   std::optional<std::string> apply(const msg::ObstacleStates& states, const bus::EndpointId& writer,
                                    Clock::time_point received);
   /// The obstacle was withdrawn. Its description is kept until the states no longer name it.
-  void withdraw(const std::string& name);
+  void withdraw(const std::string& name, const bus::EndpointId& writer);
 
   /// Joins the newest states with the descriptions. Call it after all messages of a period. True when obstacles() has
   /// changed. States with an obstacle of unknown shape wait for its description; until then the older states stay.
@@ -66,10 +70,16 @@ class ObstacleView {
     SenderClock clock;     ///< of their writer
   };
 
-  void forget_withdrawn();
+  /// What one participant has described.
+  struct World {
+    bus::EndpointId writer;
+    std::map<std::string, Known> shapes;
+  };
+  [[nodiscard]] World& world_of(const bus::EndpointId& writer);
+  void forget_withdrawn(World& world);
 
   std::vector<std::string> arms_;
-  std::map<std::string, Known> shapes_;
+  std::vector<World> worlds_;  ///< the newest last
   bool shapes_changed_ = false;
   std::optional<Arrived> newest_;
   bool waiting_ = false;  ///< newest_ is not joined yet

@@ -182,7 +182,9 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
       if (auto why = controller.guide()->no_path_reason(own.q)) progress.cause.text(std::move(*why));
       progress.recovery_action = "waits for a path";
     }
-    if (period.planner.planner().awaiting_rollout()) progress.recovery_action += ", runs rollouts";
+    if (period.planner.planner().awaiting_rollout()) {
+      progress.recovery_action += progress.recovery_action.empty() ? "runs rollouts" : ", runs rollouts";
+    }
     const planner::Arm& arm = controller.geometry().own_arm();
     progress.distance = planner::joint_difference(arm.limits, own.q, *period.q_goal).norm();
     if (period.tool != nullptr) progress.tool_error = measured_error(arm, own.q, *period.tool);

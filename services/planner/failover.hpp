@@ -1,6 +1,6 @@
 #pragma once
-/// Failover between the planners of one arm (docs/design/0005-process-recovery.md). The planner in charge holds the
-/// lease of the arm and commands it; the standby planner follows its goals. The arm keeps its goal when the other
+/// Failover between the planners of one arm (docs/explanation/0005-process-recovery.md). The planner in charge holds
+/// the lease of the arm and commands it; the standby planner follows its goals. The arm keeps its goal when the other
 /// planner takes over, and when a planner is restarted.
 
 #include <chrono>

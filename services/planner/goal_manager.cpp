@@ -100,6 +100,11 @@ void GoalManager::reject_all(const msg::Cause& cause) {
   waiting_.clear();
 }
 
+void GoalManager::end_all(const msg::Cause& cause, Clock::time_point now) {
+  if (active_) end_active(msg::GoalState::GOAL_CANCELLED, cause, now);
+  reject_all(cause);
+}
+
 bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
   resolving_.reset();
   if (resolving_rejected_) return false;

@@ -81,6 +81,8 @@ class GoalManager {
   void reject_expired(Clock::time_point now, Clock::duration limit, const msg::Cause& cause);
   /// Goals cannot be resolved: rejects all that wait and the one that is being resolved, whose answer is then ignored.
   void reject_all(const msg::Cause& cause);
+  /// The arm's device has stopped: ends the active goal as cancelled, and rejects all others.
+  void end_all(const msg::Cause& cause, Clock::time_point now);
   /// If `answer` has a target, the goal becomes active and replaces the active goal; otherwise it is rejected. True
   /// when the goal is now active.
   bool answer(const GoalAnswer& answer, Clock::time_point now);

@@ -132,6 +132,8 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   // Under another term the driver's last command was not from this planner.
   inputs.own.setpoint = own.term == context.term ? own.command_sequence : 0;
   inputs.own.setpoint_age = own.command_age;
+  inputs.own.tracking_delay = own.tracking_delay;
+  inputs.own.speed_scaling = own.speed_scaling;
   inputs.arms = arms_.observe(sent, context.mode);
   inputs.obstacles = obstacles_.states(sent);
   inputs.hold = context.hold;

@@ -75,9 +75,9 @@ std::vector<msg::GoalStatus> PlannerSubscriptions::update(LivePlanner& planner) 
 void PlannerSubscriptions::update_obstacles(ObstacleView& obstacles) {
   for (const auto& sample : obstacle_shapes_.take()) {
     if (sample.disposed) {
-      obstacles.withdraw(sample.key);
+      obstacles.withdraw(sample.key, sample.writer);
     } else {
-      report_unusable(obstacles.apply(sample.value));
+      report_unusable(obstacles.apply(sample.value, sample.writer));
     }
   }
   for (const auto& sample : obstacle_states_.take()) {
@@ -164,7 +164,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
 
 PlannerService::PlannerService(const config::CellFile& file, int arm, const ServiceOptions& options,
                                const ShutdownSignal& shutdown, const Place& place)
-    : participant_(make_participant(file, options, place.node, &mailbox_)),
+    : participant_(make_participant(file, options, Role::kPlanner, place.node, &mailbox_)),
       modes_(participant_, &modes_mailbox_),
       subscriptions_(participant_, mailbox_, place.arm),
       publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_),
@@ -226,6 +226,9 @@ void PlannerService::handle_goals(Clock::time_point now) {
   for (const GoalAnswer& answer : resolver_.answers()) goals_.answer(answer, now);
 
   if (!failover_.in_charge()) goals_.restart_waits(now);
+  // A person resumes the arm, and does not know the goal that it had then.
+  const auto& own = planner_.own_arm();
+  if (failover_.in_charge() && own && device_fault(own->cause.kind())) goals_.end_all(own->cause, now);
   if (failover_.in_charge() && stalled_.resolver) {
     goals_.reject_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *stalled_.resolver));
   }

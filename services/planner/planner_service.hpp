@@ -56,7 +56,7 @@ class PlannerSubscriptions {
   std::optional<std::string> last_warning_;  ///< is not logged again
 };
 
-/// Publishes the proposal and the progress of an arm in coupled plans (docs/design/0015-coupled-plans.md).
+/// Publishes the proposal and the progress of an arm in coupled plans (docs/explanation/0015-coupled-plans.md).
 class CoordinationPublisher {
  public:
   /// `arms`: names of the cell's arms; `self`: index of the own arm; `node`: of the planner.

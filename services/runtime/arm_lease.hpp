@@ -1,5 +1,5 @@
 #pragma once
-/// The right to command an arm, as one process knows it (docs/design/0008-arm-leases.md). Pure.
+/// The right to command an arm, as one process knows it (docs/explanation/0008-arm-leases.md). Pure.
 
 #include <cstdint>
 #include <string>

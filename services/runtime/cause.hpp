@@ -37,12 +37,12 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 // missing inputs
                 "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
                 // commands and the device
-                "commands_ceased", "command_refused", "command_too_far", "device_failed", "device_not_ready",
-                "protective_stop", "emergency_stop",
+                "commands_ceased", "command_refused", "command_too_far", "device_failed",
                 // faults
                 "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
-                "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "contact",
-                "arm_failed",
+                "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "checkpoint_lost",
+                "input_refused", "second_writer", "arm_stands", "contact", "device_not_ready", "remote_control_off",
+                "program_stopped", "safeguard_stop", "protective_stop", "emergency_stop", "arm_failed",
                 // goals
                 "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
                 "goal_orientation", "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way",
@@ -66,6 +66,20 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
 /// True for the kinds of the section Faults.
 [[nodiscard]] inline bool is_fault(msg::CauseKind kind) {
   return kind >= msg::CauseKind::CAUSE_DRIVER_SILENT && kind <= msg::CauseKind::CAUSE_ARM_FAILED;
+}
+
+/// The kinds of faults of an arm's device.
+inline constexpr std::array kDeviceFaults{
+    msg::CauseKind::CAUSE_DEVICE_NOT_READY, msg::CauseKind::CAUSE_REMOTE_CONTROL_OFF,
+    msg::CauseKind::CAUSE_PROGRAM_STOPPED,  msg::CauseKind::CAUSE_SAFEGUARD_STOP,
+    msg::CauseKind::CAUSE_PROTECTIVE_STOP,  msg::CauseKind::CAUSE_EMERGENCY_STOP,
+    msg::CauseKind::CAUSE_ARM_FAILED};
+
+/// The fault of which a driver's cause reports; empty: its device works.
+[[nodiscard]] inline std::optional<msg::CauseKind> device_fault(msg::CauseKind reported) {
+  if (reported == msg::CauseKind::CAUSE_DEVICE_FAILED) return msg::CauseKind::CAUSE_ARM_FAILED;
+  if (std::find(kDeviceFaults.begin(), kDeviceFaults.end(), reported) == kDeviceFaults.end()) return std::nullopt;
+  return reported;
 }
 
 /// True for the kinds that explain a goal's state, CAUSE_NO_GOAL excluded.

@@ -36,8 +36,10 @@ msg::ModeNumber number_of(const msg::CellMode& mode) {
 
 // Within a term the latest arrival counts, not the highest sequence number: a restarted supervisor counts from one
 // again.
-bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received) {
+bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point received, const bus::EndpointId& writer) {
   if (mode.term() < term_) return false;
+  if (heard_ && mode.term() == term_ && !writer.same_participant(writer_) && received - received_ <= kHold)
+    return false;
   if (mode.term() > term_ && !former_) {
     if (!knows_orders_of(mode_, mode)) former_ = mode_;
     changed_ = received;
@@ -47,6 +49,7 @@ bool CellModeView::apply(const msg::CellMode& mode, bus::Clock::time_point recei
   term_ = mode.term();
   mode_ = mode;
   received_ = received;
+  writer_ = writer;
   return true;
 }
 
@@ -108,7 +111,7 @@ CellModeListener::~CellModeListener() = default;
 bool CellModeListener::update() {
   bool changed = false;
   for (const auto& sample : impl_->reader.take()) {
-    if (!sample.disposed) changed = impl_->view.apply(sample.value, sample.received) || changed;
+    if (!sample.disposed) changed = impl_->view.apply(sample.value, sample.received, sample.writer) || changed;
   }
   if (impl_->participant.recovering()) impl_->view.forget_order();
   return changed;

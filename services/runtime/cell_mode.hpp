@@ -26,9 +26,13 @@ class CellModeView {
  public:
   static constexpr std::chrono::seconds kOrderHandover{2};
 
-  /// `received`: arrival on this process's clock. Returns false when it is ignored because its term is older than a
-  /// known one.
-  bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {});
+  /// A term belongs to the participant that has published it within this time: another one is ignored meanwhile. It is
+  /// eight periods of the supervisor, and shorter than the start of its successor.
+  static constexpr std::chrono::milliseconds kHold{200};
+
+  /// `received`: arrival on this process's clock. `writer`: the endpoint that published the mode. Returns false when
+  /// the mode is ignored: its term is older than a known one, or belongs to another participant.
+  bool apply(const msg::CellMode& mode, bus::Clock::time_point received = {}, const bus::EndpointId& writer = {});
   /// For a process that may have missed a change: the order is unknown until the next cell mode. The term stays.
   void forget_order() { heard_ = false; }
 
@@ -52,6 +56,7 @@ class CellModeView {
   std::uint64_t term_ = 0;
   msg::CellMode mode_;
   bus::Clock::time_point received_;
+  bus::EndpointId writer_;
   std::optional<msg::CellMode> former_;  ///< of the former leader, while its orders are in force
   bus::Clock::time_point changed_;       ///< when the leader changed
 };

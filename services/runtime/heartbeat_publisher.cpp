@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "services/bus/endpoint.hpp"
+#include "services/runtime/cause.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/process_info.hpp"
 
@@ -17,6 +18,25 @@ using namespace std::chrono_literals;
 
 /// Statistics and memory change slowly, and a summary costs more than a heartbeat.
 constexpr auto kRefresh = 250ms;
+
+/// A refusal stays in the heartbeats for this long, so that losses hide none.
+constexpr auto kRefusalsTold = 2s;
+constexpr std::size_t kMostRefusals = 4;
+
+/// A sender without a name is named by its participant's GUID.
+msg::Refusal refusal_message(const bus::Refused& refused) {
+  const bool second = refused.kind == bus::RefusalKind::kSecondWriter;
+  const std::string sender = refused.node.empty() ? refused.sender.text().substr(0, 24) : refused.node;
+  msg::Refusal message;
+  message.cause(make_cause(second ? msg::CauseKind::CAUSE_SECOND_WRITER : msg::CauseKind::CAUSE_INPUT_REFUSED,
+                           second ? refused.topic + (refused.key.empty() ? "" : "/" + refused.key) : sender,
+                           second ? sender + " writes it, too: " + refused.text : refused.text));
+  message.topic(refused.topic);
+  message.sender(refused.sender.text());
+  message.address(refused.address);
+  message.count(refused.count);
+  return message;
+}
 
 /// Resident memory of this process [byte]; 0 when the kernel does not tell.
 std::uint64_t resident_bytes() {
@@ -37,8 +57,11 @@ bus::WriterOptions writer_options(const HeartbeatTiming& timing) {
 }  // namespace
 
 struct HeartbeatPublisher::Impl {
-  Impl(bus::Participant& participant, NodeIdentity identity, const HeartbeatTiming& timing)
-      : period(timing.period), heartbeat_fd(timing.heartbeat_fd), writer(participant, writer_options(timing)) {
+  Impl(bus::Participant& its_participant, NodeIdentity identity, const HeartbeatTiming& timing)
+      : participant(its_participant),
+        period(timing.period),
+        heartbeat_fd(timing.heartbeat_fd),
+        writer(participant, writer_options(timing)) {
     sample.node(identity.node);
     sample.kind(identity.kind);
     sample.subject(identity.subject);
@@ -54,11 +77,16 @@ struct HeartbeatPublisher::Impl {
     sample.tick_p99_us(summary.tick_p99_us);
     sample.tick_max_us(summary.tick_max_us);
     sample.rss_bytes(resident_bytes());
+    sample.refusals().clear();
+    for (const bus::Refused& refused : participant.refused(kRefusalsTold, kMostRefusals)) {
+      sample.refusals().push_back(refusal_message(refused));
+    }
     if (heartbeat_fd < 0) return;
     // The agent's limit is longer than a second, and a full socket shows that the process lives, too.
     static_cast<void>(send(heartbeat_fd, "", 1, MSG_NOSIGNAL | MSG_DONTWAIT));
   }
 
+  bus::Participant& participant;
   std::chrono::nanoseconds period;
   int heartbeat_fd;
   bus::Writer<msg::Heartbeat> writer;

@@ -17,23 +17,6 @@
 namespace hecaton::services {
 namespace {
 
-/// Addresses of the interface that the cell file names; empty: no restriction.
-std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
-  const std::string& wanted = file.network.interface;
-  if (wanted.empty()) return {};
-  std::vector<std::string> addresses;
-  std::string all;
-  for (const bus::NetworkInterface& one : bus::network_interfaces()) {
-    if (one.name == wanted || one.address == wanted) addresses.push_back(one.address);
-    all.append(all.empty() ? "" : ", ").append(one.name).append(" (").append(one.address).append(")");
-  }
-  if (addresses.empty()) {
-    throw std::runtime_error(file.path + ": network.interface = " + wanted +
-                             " must be the name or the address of a network interface of this machine: " + all);
-  }
-  return addresses;
-}
-
 /// Participants of clients on each machine, beside the cell's own processes.
 constexpr int kClients = 8;
 
@@ -63,6 +46,8 @@ std::map<std::string, int> placed(const config::CellFile& file) {
   ++count[file.world_host];
   ++count[file.supervision.host];
   if (!file.supervision.standby_host.empty()) ++count[file.supervision.standby_host];
+  if (file.view) ++count[file.view->host];
+  if (file.ros2) count[file.ros2->host] += 2;  // its own participant and its client
   for (const config::ArmHosts& arm : file.arm_hosts) {
     count[arm.host] += 2;  // driver and planner
     if (!arm.standby_host.empty()) ++count[arm.standby_host];
@@ -70,7 +55,27 @@ std::map<std::string, int> placed(const config::CellFile& file) {
   return count;
 }
 
+std::vector<std::string> wanted_interfaces(const config::CellFile& file) {
+  return interface_addresses(file, "network.interface", file.network.interface);
+}
+
 }  // namespace
+
+std::vector<std::string> interface_addresses(const config::CellFile& file, const std::string& key,
+                                             const std::string& wanted) {
+  if (wanted.empty()) return {};
+  std::vector<std::string> addresses;
+  std::string all;
+  for (const bus::NetworkInterface& one : bus::network_interfaces()) {
+    if (one.name == wanted || one.address == wanted) addresses.push_back(one.address);
+    all.append(all.empty() ? "" : ", ").append(one.name).append(" (").append(one.address).append(")");
+  }
+  if (addresses.empty()) {
+    throw std::runtime_error(file.path + ": " + key + " = " + wanted +
+                             " must be the name or the address of a network interface of this machine: " + all);
+  }
+  return addresses;
+}
 
 void require_interface(const config::CellFile& file) {
   static_cast<void>(wanted_interfaces(file));
@@ -99,8 +104,26 @@ std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<
   return peers;
 }
 
-bus::ParticipantOptions participant_options(const config::CellFile& file) {
+std::filesystem::path identity_of(const config::CellFile& file, const std::string& host, Role role) {
+  if (file.keystore.empty()) return {};
+  std::filesystem::path enclave = enclave_folder(file.keystore, host, role);
+  if (host.empty()) {
+    const auto all = identities_in(file.keystore);
+    const auto first =
+        std::find_if(all.begin(), all.end(), [&](const IdentityState& one) { return one.role == role_name(role); });
+    if (first == all.end()) {
+      throw std::runtime_error(file.path + ": security.keystore = " + file.keystore + " has no identity of a role " +
+                               std::string(role_name(role)) + "; `hecaton keystore add` makes it");
+    }
+    enclave = enclave_folder(file.keystore, first->host, role);
+  }
+  require_identity(enclave);
+  return std::filesystem::absolute(enclave);
+}
+
+bus::ParticipantOptions participant_options(const config::CellFile& file, const std::string& host, Role role) {
   bus::ParticipantOptions participant;
+  participant.identity = identity_of(file, host, role);
   participant.interfaces = wanted_interfaces(file);
   participant.peers = peers_of(file, participant.interfaces);
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;
@@ -108,12 +131,12 @@ bus::ParticipantOptions participant_options(const config::CellFile& file) {
   return participant;
 }
 
-bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
-                                  bus::Mailbox* mailbox) {
+bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, Role role,
+                                  const std::string& node, bus::Mailbox* mailbox) {
   for (const std::string& server : bus::ignore_discovery_servers()) {
     log_warning("environment variable ignored: a cell uses no Discovery Server", {{"variable", server}});
   }
-  bus::ParticipantOptions participant = participant_options(file);
+  bus::ParticipantOptions participant = participant_options(file, options.host, role);
   participant.mailbox = mailbox;
   return {choose_domain(options, file.network.domain), node, participant};
 }

@@ -22,8 +22,14 @@ namespace hecaton::services {
 [[nodiscard]] inline std::string world_node() {
   return "world";
 }
+[[nodiscard]] inline std::string ros2_node() {
+  return "ros2";
+}
 [[nodiscard]] inline std::string supervisor_node() {
   return "supervisor";
+}
+[[nodiscard]] inline std::string view_node() {
+  return "view";
 }
 
 }  // namespace hecaton::services

@@ -57,7 +57,7 @@ std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* co
 }
 
 std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
-                                      Subject subject, ServiceOptions& options) {
+                                      Subject subject, ServiceOptions& options, const MoreOptions& more) {
   CLI::App app(description);
   app.set_version_flag("--version", std::string(kVersion));
   app.add_option("CELL", options.cell, "cell file (YAML)")->required();
@@ -72,6 +72,7 @@ std::optional<ExitCode> parse_options(int argc, const char* const* argv, const s
   app.add_option("--exit-fd", options.exit_fd, "pipe that closes when the process ends")
       ->check(CLI::Range(0, kHighestDescriptor));
   add_common_options(app, options);
+  if (more) more(app);
   return parse_or_explain(app, argc, argv);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// The command line that all services share, and what every program of the project returns.
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -16,7 +17,9 @@ enum class ExitCode : int {
   kUsage = 2,     ///< no such command, option or choice, or one too many or too few
   kBadInput = 3,  ///< a value that is not allowed (option, file, environment): one sentence on stderr
   kTimeOut = 4,
-  kUnreachable = 5,  ///< no such cell
+  kUnreachable = 5,    ///< no such cell
+  kInterrupted = 130,  ///< by SIGINT; the output has what was done so far
+  kTerminated = 143,   ///< the same by SIGTERM
 };
 
 inline constexpr int kHighestDomain = 199;  ///< above, ports of large domains exceed 65535
@@ -48,10 +51,14 @@ enum class Subject {
   kArm,   ///< one arm
 };
 
-/// Parses a service's command line: CELL, --arm NAME for Subject::kArm, --checkpoint FILE and the common options.
-/// Returns as parse_or_explain().
+/// Adds the options of one service to its command line.
+using MoreOptions = std::function<void(CLI::App&)>;
+
+/// Parses a service's command line: CELL, --arm NAME for Subject::kArm, --checkpoint FILE, the common options, and
+/// those that `more` adds. Returns as parse_or_explain().
 [[nodiscard]] std::optional<ExitCode> parse_options(int argc, const char* const* argv, const std::string& description,
-                                                    Subject subject, ServiceOptions& options);
+                                                    Subject subject, ServiceOptions& options,
+                                                    const MoreOptions& more = {});
 
 /// The DDS domain: the option, else HECATON_DOMAIN, else `of_cell`. Throws std::runtime_error with a sentence when
 /// HECATON_DOMAIN is no number from 0 to 199.

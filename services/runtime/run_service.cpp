@@ -22,6 +22,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::services {
@@ -80,15 +81,16 @@ void hold_until_exit(int fd, const std::shared_ptr<NotifierStart>& start) {
 }  // namespace
 
 int run_service(int argc, const char* const* argv, const std::string& description, Subject subject,
-                const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body) {
+                const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body, const MoreOptions& more) {
   ShutdownSignal shutdown;
   ServiceOptions options;
-  if (const auto leave = parse_options(argc, argv, description, subject, options)) return static_cast<int>(*leave);
+  if (const auto leave = parse_options(argc, argv, description, subject, options, more))
+    return static_cast<int>(*leave);
   try {
     body(options, shutdown);
     return static_cast<int>(ExitCode::kDone);
   } catch (const std::exception& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << config::sentence_text(error.what()) << '\n';
     return static_cast<int>(ExitCode::kBadInput);
   }
 }

@@ -11,10 +11,11 @@
 
 namespace hecaton::services {
 
-/// Parses the command line (see parse_options), takes over the signals and calls `body`. An exception of `body` becomes
-/// one sentence on stderr and ExitCode::kBadInput. Returns main's result.
+/// Parses the command line (see parse_options, also for `more`), takes over the signals and calls `body`. An exception
+/// of `body` becomes one sentence on stderr and ExitCode::kBadInput. Returns main's result.
 [[nodiscard]] int run_service(int argc, const char* const* argv, const std::string& description, Subject subject,
-                              const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body);
+                              const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body,
+                              const MoreOptions& more = {});
 
 /// Reads the program and its libraries into memory and locks all present and future pages that are touched (mlockall(2)
 /// with MCL_ONFAULT). Otherwise the kernel drops code that has not run for long, such as fault handling. A busy disk

@@ -1,6 +1,6 @@
 #pragma once
-/// Which threads run first when processors are short (docs/design/0016-thread-priority.md). Standard library and system
-/// calls only.
+/// Which threads run first when processors are short (docs/explanation/0016-thread-priority.md). Standard library and
+/// system calls only.
 
 #include <string>
 

@@ -1,13 +1,17 @@
 /// hecaton-strategies validate, hecaton-strategies simplex: evaluates one strategy, and improves it locally.
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include <CLI/CLI.hpp>
 
 #include "planner/strategy_search/motion_problem.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
@@ -74,15 +78,32 @@ std::string numbers_text(const std::vector<double>& values) {
   return text;
 }
 
+/// For a signal before the first result.
+[[noreturn]] void throw_interrupted(const Interruption& interruption) {
+  const Interrupted interrupted{interruption.signal(), 0, 1, "evaluations"};
+  throw Failure(interrupted.exit_code(), interrupted.text());
+}
+
 ExitCode validate(const Settings& settings, const ValidateOptions& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   std::vector<std::vector<std::int32_t>> times;
   StrategyResults results;
   planner::Evaluation evaluation;
+  const Interruption interruption;
+  Progress progress;
   try {
     const planner::StrategyProblem problem(file.cell);
     const planner::SystemStrategy strategy = strategy_of(options, file, problem);
-    evaluation = evaluate(problem, problem.draw(options.seed, options.tasks), strategy, {.times = &times});
+    const double all = static_cast<double>(options.tasks) * problem.arms();
+    const auto ended = [&](std::int64_t tasks) {
+      constexpr std::int64_t kShownEvery = 64;  // tasks
+      if (tasks % kShownEvery == 0) progress.show("validate", static_cast<double>(tasks), all, "tasks");
+      return interruption.requested();
+    };
+    evaluation =
+        evaluate(problem, problem.draw(options.seed, options.tasks), strategy, {.times = &times, .ended = ended});
+    progress.clear();
+    if (evaluation.all_tasks() == 0) throw_interrupted(interruption);
     results = strategy_results(problem, {{strategy, evaluation}});
   } catch (const planner::ProblemError& error) {
     throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
@@ -111,12 +132,18 @@ ExitCode validate(const Settings& settings, const ValidateOptions& options) {
       strategy_table(results, 1, Palette::for_stream(stdout)) + "\n" + table.text(Palette::for_stream(stdout)) + "\n";
   for (std::size_t a = 0; a < results.arms.size(); ++a) {
     for (std::size_t b = a + 1; b < results.arms.size(); ++b) {
-      const double value = planner::correlation(times[a], times[b]);
+      const std::size_t both = std::min(times[a].size(), times[b].size());
+      const double value = planner::correlation(std::span(times[a]).first(both), std::span(times[b]).first(both));
       pairs.push_back({{"arms", {results.arms[a], results.arms[b]}}, {"correlation", value}});
       text += "correlation of " + results.arms[a] + " and " + results.arms[b] + ": " + decimal_text(value, 3) + "\n";
     }
   }
-  const double significant = 2.0 / std::sqrt(static_cast<double>(options.tasks));
+  // Of all arms, as many as were asked for unless interrupted.
+  const std::int64_t asked = static_cast<std::int64_t>(options.tasks) * static_cast<std::int64_t>(results.arms.size());
+  const std::optional<Interrupted> interrupted =
+      evaluation.complete ? std::nullopt : interruption.after(evaluation.all_tasks(), asked, "tasks");
+  const auto fewest = static_cast<double>(*std::min_element(evaluation.tasks.begin(), evaluation.tasks.end()));
+  const double significant = 2.0 / std::sqrt(std::max(1.0, fewest));
   text += "95 % limits for independent times: ±2/√N = " + decimal_text(significant, 3) + "\n";
   const Json value = {{"cell", file.cell.name},
                       {"seed", options.seed},
@@ -124,8 +151,11 @@ ExitCode validate(const Settings& settings, const ValidateOptions& options) {
                       {"strategy", strategy_json(results, 1).front()},
                       {"arms", arms},
                       {"correlations", pairs},
-                      {"two_over_sqrt_n", significant}};
+                      {"two_over_sqrt_n", significant},
+                      {"interrupted", to_json(interrupted)}};
+  if (interrupted) text += interrupted->text() + "\n";
   print(settings, value, text);
+  if (interrupted) return interrupted->exit_code();
   return results.rows.front().faults == 0 ? ExitCode::kDone : ExitCode::kNegative;
 }
 
@@ -142,25 +172,42 @@ ExitCode refine(const Settings& settings, const RefineOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   StrategyResults results;
   planner::SimplexResult found;
+  const Interruption interruption;
+  Progress progress;
+  bool ended = false;
   try {
     const planner::StrategyProblem problem(file.cell);
     const planner::SystemStrategy initial = strategy_from(options.from, file, problem);
     planner::TaskSet tasks = problem.draw(options.seed, options.tasks);
     problem.precheck_paths(tasks);
-    found = refine_by_simplex(problem, tasks, initial, options.simplex);
+    planner::SimplexOptions simplex = options.simplex;
+    simplex.ended = [&](int steps) {
+      progress.show("simplex", steps, simplex.max_steps, "evaluations at most");
+      ended = interruption.requested();
+      return ended;
+    };
+    found = refine_by_simplex(problem, tasks, initial, simplex);
+    progress.clear();
     results = strategy_results(problem, {{initial, found.initial}, {found.strategy, found.final}});
   } catch (const planner::ProblemError& error) {
     throw Failure(ExitCode::kBadInput, file.path + ": " + error.what());
   }
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+  const std::optional<Interrupted> interrupted =
+      ended ? interruption.after(found.steps, options.simplex.max_steps, "evaluations") : std::nullopt;
   const Json both = strategy_json(results, 2);
-  const Json value = {{"cell", file.cell.name},     {"seed", options.seed},
-                      {"initial", both[0]},         {"optimum", both[1]},
-                      {"evaluations", found.steps}, {"tolerance_steps", options.simplex.tolerance}};
+  const Json value = {{"cell", file.cell.name},
+                      {"seed", options.seed},
+                      {"initial", both[0]},
+                      {"optimum", both[1]},
+                      {"evaluations", found.steps},
+                      {"tolerance_steps", options.simplex.tolerance},
+                      {"interrupted", to_json(interrupted)}};
   print(settings, value,
         strategy_table(results, 2, Palette::for_stream(stdout)) + "\n1: initial strategy; 2: the best of " +
-            std::to_string(found.steps) + " evaluations\n");
+            std::to_string(found.steps) + " evaluations\n" + (interrupted ? interrupted->text() + "\n" : ""));
   std::fprintf(stderr, "%s\n", duration_text(spent.count()).c_str());
+  if (interrupted) return interrupted->exit_code();
   return results.rows.back().faults == 0 ? ExitCode::kDone : ExitCode::kNegative;
 }
 
@@ -187,7 +234,7 @@ void add_validate(CLI::App& parent, Session& session) {
   command->footer(
       "P at most: upper bound of the probability of a fault with 97.5 % confidence (the upper end of the exact "
       "binomial "
-      "95 % interval). Exit code 1 if there was a fault.");
+      "95 % interval). Exit code 1 if there was a fault; 130 after Ctrl-C, with the tasks so far.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return validate(session.settings, *options); }; });
 }
@@ -210,7 +257,7 @@ void add_simplex(CLI::App& parent, Session& session) {
       *command, "--tolerance", [options](double x) { options->simplex.tolerance = x; },
       "stop when T(L) differs by less within the simplex (0.5)", kTolerance);
   add_seed(*command, options->seed, "of the tasks (1)");
-  command->footer("Exit code 1 if the best strategy had a fault.");
+  command->footer("Exit code 1 if the best strategy had a fault; 130 after Ctrl-C, with the best so far.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return refine(session.settings, *options); }; });
 }

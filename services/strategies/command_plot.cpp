@@ -166,7 +166,7 @@ ExitCode run(const Options& options) {
   if (!written || status != 0 || std::filesystem::file_size(options.image, none) == 0 || none) {
     throw Failure(ExitCode::kBadInput, "file '" + options.image + "' cannot be written");
   }
-  std::fprintf(stderr, "%s in %s\n", what.c_str(), options.image.c_str());
+  std::fprintf(stderr, "%s in %s\n", what.c_str(), config::valid_utf8(options.image).c_str());
   return ExitCode::kDone;
 }
 

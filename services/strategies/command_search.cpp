@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
 #include "planner/strategy_search/motion_problem.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
@@ -50,6 +52,7 @@ Json stages_json(const planner::SearchReport& report) {
                       {"tasks", stage.round.tasks},
                       {"seed", stage.round.seed},
                       {"candidates", stage.candidates},
+                      {"evaluated", stage.evaluated},
                       {"without_fault", stage.without_fault},
                       {"arm_ticks", stage.arm_ticks}});
   }
@@ -100,7 +103,7 @@ void print_summary(const planner::SearchReport& report, double seconds, const Ra
   std::uint64_t ticks = 0;
   for (const planner::SearchReport::Stage& stage : report.stages) {
     std::fprintf(stderr, "%s: %zu of %zu strategies without fault in %d tasks of each arm (seed %llu)\n",
-                 stage.round.name.c_str(), stage.without_fault, stage.candidates, stage.round.tasks,
+                 stage.round.name.c_str(), stage.without_fault, stage.evaluated, stage.round.tasks,
                  static_cast<unsigned long long>(stage.round.seed));
     ticks += stage.arm_ticks;
   }
@@ -114,7 +117,7 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
   const bool writes = ranks.first() && !options.results.empty();
   const std::string progress_path = options.results + ".progress";
   Task task;
-  StrategyProgress progress;
+  StrategyProgress progress(!ranks.alone());
   std::string evaluations;
   ranks.together([&] { task = read_task(options, ranks.first()); });
   ranks.require_same(task.title);
@@ -128,7 +131,10 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
   planner::SearchHooks hooks;
   hooks.threads = options.threads > 0 ? options.threads : ranks.threads();
   progress.hook(hooks);
-  progress.print_lines(!ranks.alone());
+  // mpirun ends all its processes at a signal; the progress file keeps what they have done.
+  std::optional<Interruption> interruption;
+  if (ranks.alone()) interruption.emplace();
+  if (interruption) hooks.ended = [&interruption] { return interruption->requested(); };
   ranks.divide(hooks);
   const auto began = std::chrono::steady_clock::now();
   planner::SearchReport report;
@@ -144,18 +150,33 @@ ExitCode search(const Settings& settings, const SearchOptions& options) {
   progress.end();
 
   const StrategyResults results = strategy_results(*task.problem, report.best);
-  if (writes) {
+  std::optional<Interrupted> interrupted;
+  if (report.ended_early) {
+    const planner::SearchReport::Stage& last = report.stages.back();
+    const bool in_refinement = last.evaluated == last.candidates;
+    interrupted = in_refinement
+                      ? interruption->after(0, options.plan.refine, "refinements")
+                      : interruption->after(last.evaluated, last.candidates, "strategies in round " + last.round.name);
+  }
+  if (writes && !interrupted) {
     write_file(options.results + ".csv", strategy_csv(results));
     write_file(options.results + ".yaml", strategy_yaml(results, task.cell));
   }
   const Json value = {{"cell", task.cell},
                       {"seed", options.plan.seed},
                       {"stages", stages_json(report)},
-                      {"strategies", strategy_json(results, options.top)}};
+                      {"strategies", strategy_json(results, options.top)},
+                      {"interrupted", to_json(interrupted)}};
   // Under mpirun, stdout is a terminal, whatever mpirun connects it to.
   const Palette palette = ranks.alone() ? Palette::for_stream(stdout) : Palette(false);
-  print(settings, value, strategy_table(results, options.top, palette));
+  print(settings, value,
+        strategy_table(results, options.top, palette) + (interrupted ? "\n" + interrupted->text() + "\n" : ""));
   print_summary(report, spent.count(), ranks, hooks.threads);
+  if (interrupted) {
+    std::fprintf(stderr, "%s; %s\n", interrupted->text().c_str(),
+                 writes ? "the same command with --resume continues" : "with --results a search can be resumed");
+    return interrupted->exit_code();
+  }
   const bool found = !results.rows.empty() && results.rows.front().faults == 0;
   return found ? ExitCode::kDone : ExitCode::kNegative;
 }
@@ -223,7 +244,10 @@ void add_search(CLI::App& parent, Session& session) {
   for (const char* comparison : {"--basis", "--neighbours"}) command->get_option(comparison)->excludes("--results");
   command->add_flag("--resume", options->resume, "resume an interrupted search; needs --results")->needs("--results");
   command->footer(
-      "Exit code 1 if all strategies had a fault. `mpirun hecaton-strategies search …` divides the work among its "
+      "Exit code 1 if all strategies had a fault. Ctrl-C prints the strategies evaluated so far, with exit code 130, "
+      "and "
+      "writes no results; --resume continues from NAME.progress. `mpirun hecaton-strategies search …` divides the work "
+      "among its "
       "processes, also on several machines: each reads the same cell file, and rank 0 writes the results. The number "
       "of "
       "processes does not change results.");

@@ -10,11 +10,9 @@
 #include <thread>
 
 #include <mpi.h>
-#include <unistd.h>
 
 #include "planner/model/fnv1a.hpp"
 #include "services/command_line/program.hpp"
-#include "services/command_line/terminal.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -26,8 +24,7 @@ bool started_by_mpirun() {
   return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr || std::getenv("PMIX_RANK") != nullptr;
 }
 
-constexpr auto kRedrawInterval = std::chrono::milliseconds(200);
-constexpr auto kLineInterval = std::chrono::seconds(5);
+constexpr auto kFlushInterval = std::chrono::milliseconds(200);
 
 /// A hash of the bits of all values added.
 class Fingerprint {
@@ -308,7 +305,8 @@ std::string read_progress(const std::string& path, const std::string& title) {
   return rest.str();
 }
 
-StrategyProgress::StrategyProgress() : terminal_(isatty(STDERR_FILENO) != 0) {}
+StrategyProgress::StrategyProgress(bool lines)
+    : progress_(lines ? Progress::Elsewhere::kLines : Progress::Elsewhere::kNothing) {}
 
 void StrategyProgress::write_to(const std::string& path, const std::string& title) {
   file_.open(path, std::ios::trunc);
@@ -325,8 +323,12 @@ void StrategyProgress::reuse(const std::string& evaluations) {
     std::string text;
     if (!(words >> key.first >> key.second) || !std::getline(words, text)) continue;
     // A truncated line is evaluated again.
-    if (const auto evaluation = planner::evaluation_of(text)) known_[key] = *evaluation;
+    const auto evaluation = planner::evaluation_of(text);
+    if (!evaluation) continue;
+    known_[key] = *evaluation;
+    if (file_.is_open()) file_ << key.first << ' ' << key.second << ' ' << planner::text_of(*evaluation) << '\n';
   }
+  if (file_.is_open()) file_.flush();
 }
 
 void StrategyProgress::hook(planner::SearchHooks& hooks) {
@@ -336,36 +338,30 @@ void StrategyProgress::hook(planner::SearchHooks& hooks) {
   };
   hooks.evaluated = [this](const planner::Round& round, std::size_t index, std::size_t all,
                            const planner::Evaluation& evaluation) {
-    if (file_.is_open()) file_ << round.seed << ' ' << index << ' ' << planner::text_of(evaluation) << '\n';
+    const bool is_new = known_.find({round.seed, index}) == known_.end();
+    if (file_.is_open() && is_new) file_ << round.seed << ' ' << index << ' ' << planner::text_of(evaluation) << '\n';
     show(round, all);
   };
 }
 
 void StrategyProgress::show(const planner::Round& round, std::size_t all) {
-  const auto now = std::chrono::steady_clock::now();
   if (round.seed != seed_ || done_ == 0) {
     seed_ = round.seed;
     done_ = 0;
-    began_ = now;
-    shown_ = now;
-    printed_ = now;
   }
   ++done_;
-  if (now - shown_ < kRedrawInterval && done_ != all) return;
-  shown_ = now;
-  if (file_.is_open()) file_.flush();
-  if (!terminal_ && !(lines_ && now - printed_ >= kLineInterval)) return;
-  printed_ = now;
-  constexpr std::size_t kWidth = 30;
-  const std::chrono::duration<double> spent = now - began_;
-  const double left = spent.count() / static_cast<double>(done_) * static_cast<double>(all - done_);
-  const std::string bar(kWidth * done_ / all, '#');
-  std::fprintf(stderr, "%s%-12s [%-30s] %zu of %zu, %s left%s", terminal_ ? "\r" : "", round.name.c_str(), bar.c_str(),
-               done_, all, duration_text(left).c_str(), terminal_ ? " \x1b[K" : "\n");
+  const auto now = std::chrono::steady_clock::now();
+  if (file_.is_open() && (now - flushed_ >= kFlushInterval || done_ == all)) {
+    file_.flush();
+    flushed_ = now;
+  }
+  progress_.show(round.name + " " + std::to_string(round.seed), static_cast<double>(done_), static_cast<double>(all),
+                 "strategies");
 }
 
 void StrategyProgress::end() {
-  if (terminal_ && done_ > 0) std::fputs("\r\x1b[K", stderr);
+  progress_.clear();
+  if (file_.is_open()) file_.flush();
 }
 
 }  // namespace hecaton::services::cli

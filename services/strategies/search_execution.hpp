@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "planner/strategy_search/search.hpp"
+#include "services/command_line/long_work.hpp"
 
 namespace hecaton::services::cli {
 
@@ -68,21 +69,23 @@ class Ranks {
 /// search.
 [[nodiscard]] std::string read_progress(const std::string& path, const std::string& title);
 
-/// Progress of a search: a bar on stderr, and a file from which the search can resume.
+/// Progress of a search: on stderr, and in a file from which the search can resume.
 class StrategyProgress {
  public:
-  StrategyProgress();
+  /// `lines`: also prints a line from time to time if stderr is not a terminal, as under mpirun.
+  explicit StrategyProgress(bool lines);
   /// Writes evaluations to this file as well. Throws Failure if it cannot be written.
   void write_to(const std::string& path, const std::string& title);
-  /// Reuses the evaluations of read_progress().
+  /// Reuses the evaluations of read_progress(), and keeps them in the file.
   void reuse(const std::string& evaluations);
 
-  /// Prints a line from time to time if stderr is not a terminal, as under mpirun.
-  void print_lines(bool lines) { lines_ = lines && !terminal_; }
   /// Installs the hooks.
   void hook(planner::SearchHooks& hooks);
-  /// Clears the bar.
+  /// Clears the progress on stderr. The file has all evaluations so far.
   void end();
+
+  /// Evaluations in the present round.
+  [[nodiscard]] std::size_t done() const { return done_; }
 
  private:
   using Key = std::pair<std::uint64_t, std::size_t>;  ///< seed of the round, index
@@ -90,13 +93,10 @@ class StrategyProgress {
 
   std::ofstream file_;
   std::map<Key, planner::Evaluation> known_;
-  bool terminal_;
-  bool lines_ = false;
+  Progress progress_;
   std::uint64_t seed_ = 0;  ///< of the present round
   std::size_t done_ = 0;
-  std::chrono::steady_clock::time_point began_;
-  std::chrono::steady_clock::time_point shown_;
-  std::chrono::steady_clock::time_point printed_;
+  std::chrono::steady_clock::time_point flushed_;
 };
 
 }  // namespace hecaton::services::cli

@@ -113,11 +113,6 @@ CellPublisher::CellPublisher(bus::Participant& participant, std::string node)
       requests_(participant),
       node_(std::move(node)) {}
 
-void CellPublisher::become_leader(std::uint64_t term) {
-  constexpr auto kStrongest = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
-  modes_.set_strength(static_cast<int>(std::min(term, kStrongest)));
-}
-
 std::optional<msg::CellMode> CellPublisher::next(msg::CellMode mode, bus::Clock::time_point now) const {
   if (same_decision(mode, mode_) && now - mode_at_ < kRepeat) return std::nullopt;
   mode.sequence_number(mode_.sequence_number() + 1);

@@ -55,8 +55,6 @@ class CellPublisher {
 
   /// Any endpoint of this supervisor.
   [[nodiscard]] bus::EndpointId id() const { return modes_.id(); }
-  /// This supervisor leads under `term`: of two leaders' modes, readers take that of the higher term.
-  void become_leader(std::uint64_t term);
   /// Late joiners no longer receive this supervisor's mode. It may miss leases that were granted since.
   void withdraw_mode() { modes_.clear_history(); }
 

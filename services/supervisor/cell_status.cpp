@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "planner/trajectory/stop_profile.hpp"
 #include "services/messages/names.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/runtime/standstill.hpp"
 #include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 
@@ -16,69 +16,6 @@ namespace {
 
 constexpr double kNever = -1.0;            // age of what was never received [s]
 constexpr std::size_t kClearedShown = 32;  // cleared faults in a reply
-constexpr double kMoving = 1e-3;           // velocity of any joint [rad/s | m/s]
-
-bool moves(const msg::ArmState& state) {
-  return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
-}
-
-std::string with(const std::string& head, const std::string& tail) {
-  return tail.empty() ? head : head + ": " + tail;
-}
-
-std::string binding_text(const msg::GoalStatus& goal) {
-  if (!goal.has_binding()) return {};
-  return " (" + goal.binding_own() + " – " + goal.binding_other() + ", " +
-         std::to_string(std::lround(goal.binding_distance() * 1e3)) + " mm)";
-}
-
-std::string held_text(const msg::GoalStatus& goal) {
-  if (goal.blocked_duration() < 1.0) return {};
-  return ", for " + std::to_string(std::lround(goal.blocked_duration())) + " s";
-}
-
-/// State of the drive; empty while it follows commands.
-std::string drive_text(const msg::ArmState& state) {
-  switch (state.mode()) {
-    case msg::ArmMode::ARM_STARTING:
-      return with("driver waits for its first command", state.cause().text());
-    case msg::ArmMode::ARM_BRAKING:
-      return with("driver brakes", state.cause().text());
-    case msg::ArmMode::ARM_STOPPED:
-      return with("driver has stopped", state.cause().text());
-    case msg::ArmMode::ARM_FAILED:
-      return with("drive failed", state.cause().text());
-    case msg::ArmMode::ARM_RUNNING:
-      break;
-  }
-  return {};
-}
-
-/// Why the drive does not follow commands, with the kind of its driver's cause.
-msg::Cause drive_cause(const msg::ArmState& state) {
-  msg::Cause cause = state.cause();
-  if (is_none(cause)) cause = make_cause(msg::CauseKind::CAUSE_STARTING, state.arm(), {});
-  cause.text(drive_text(state));
-  return cause;
-}
-
-/// Why an arm that stands still is not at its goal, with the kind of its planner's cause. CAUSE_NONE: it is about to
-/// move.
-msg::Cause goal_cause(const msg::GoalStatus& goal) {
-  msg::Cause cause = goal.cause();
-  if (is_final(goal.state())) {
-    cause = make_cause(msg::CauseKind::CAUSE_NO_GOAL, {}, {});
-  } else if (is_none(cause)) {
-    const bool is_active = goal.state() == msg::GoalState::GOAL_ACTIVE;
-    if (is_active && !goal.has_binding() && goal.recovery_action().empty()) return {};
-    const bool is_blocked =
-        goal.state() == msg::GoalState::GOAL_BLOCKED || goal.has_binding() || goal.blocked_duration() > 0.0;
-    cause = make_cause(is_blocked ? msg::CauseKind::CAUSE_PATH_BLOCKED : msg::CauseKind::CAUSE_STARTING,
-                       goal.binding_other(), {});
-  }
-  cause.text(goal_text(goal));
-  return cause;
-}
 
 msg::Cause first_awaited(const std::string& arm, const FaultDetector& detector) {
   for (const std::string& node : {driver_node(arm), detector.in_charge(arm), world_node()}) {
@@ -252,28 +189,6 @@ class StatusBuilder {
 
 }  // namespace
 
-std::string goal_text(const msg::GoalStatus& goal) {
-  switch (goal.state()) {
-    case msg::GoalState::GOAL_ACCEPTED:
-      return "goal " + goal.goal() + " accepted, not begun";
-    case msg::GoalState::GOAL_ACTIVE:
-      return with(goal.recovery_action(), goal.cause().text()) + binding_text(goal) + held_text(goal);
-    case msg::GoalState::GOAL_BLOCKED:
-      return with("blocked", goal.cause().text()) + binding_text(goal) + held_text(goal);
-    case msg::GoalState::GOAL_REACHED:
-      return "a goal; the last was reached";
-    case msg::GoalState::GOAL_REJECTED:
-      return with("a goal; the last was rejected", goal.cause().text());
-    case msg::GoalState::GOAL_CANCELLED:
-      return "a goal; the last was cancelled";
-    case msg::GoalState::GOAL_REPLACED:
-      return "the goal that replaced " + goal.goal();
-    case msg::GoalState::GOAL_TIMED_OUT:
-      return with("a goal; the last timed out", goal.cause().text());
-  }
-  return {};
-}
-
 msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, const CellSnapshot& snapshot) {
   if (msg::Cause held = detector.mode().cause_of(arm); !is_none(held)) return held;
   if (msg::Cause awaited = first_awaited(arm, detector); !is_none(awaited)) return awaited;
@@ -293,6 +208,27 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, co
   return make_cause(
       msg::CauseKind::CAUSE_NO_GOAL, {},
       lost ? "a goal; " + lost->value.goal() + " was lost with the process of " + lost->value.node() : "a goal");
+}
+
+std::optional<std::string> stands_without_reason(const std::string& arm, const FaultDetector& detector,
+                                                 const CellSnapshot& snapshot) {
+  const auto* state = find(snapshot.arms, arm);
+  if (!state || moves(state->value)) return std::nullopt;
+  const auto* goal = find(snapshot.goals, arm);
+  const bool has_goal = goal && !is_final(goal->value.state());
+  const msg::Cause cause = waiting_for(arm, detector, snapshot);
+  switch (cause.kind()) {
+    case msg::CauseKind::CAUSE_NONE:
+      if (!has_goal) return std::nullopt;
+      return "goal " + goal->value.goal() + " is under way, and nothing holds the arm";
+    case msg::CauseKind::CAUSE_COMMANDS_CEASED:
+      return has_goal ? std::optional(cause.text()) : std::nullopt;
+    case msg::CauseKind::CAUSE_COMMAND_REFUSED:
+    case msg::CauseKind::CAUSE_COMMAND_TOO_FAR:
+      return cause.text();
+    default:
+      return std::nullopt;
+  }
 }
 
 std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& detector,

@@ -28,8 +28,10 @@ struct StatusSource {
 /// Why an arm stands still: the strictest reason. CAUSE_NONE while it moves.
 [[nodiscard]] msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector,
                                      const CellSnapshot& snapshot);
-/// Text of a goal's status: "blocked: no way for now (arm2/link4 – pallet, 18 mm)".
-[[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);
+/// Why an arm should move although it stands, as a sentence; empty: it moves, or waits for something. Its goal is under
+/// way and nothing holds it, or its driver refuses its planner's commands.
+[[nodiscard]] std::optional<std::string> stands_without_reason(const std::string& arm, const FaultDetector& detector,
+                                                               const CellSnapshot& snapshot);
 
 /// Lost arms that are at rest by now: other arms plan around them. No reader then has to compute the time since the
 /// loss.

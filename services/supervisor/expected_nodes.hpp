@@ -21,7 +21,7 @@ namespace hecaton::services {
 [[nodiscard]] std::vector<ArmPlanners> arms_with_standby(const config::CellFile& file);
 
 /// Upper bound of the time from the last received state of an arm until it begins to brake [s]: after its driver died,
-/// and after its host was cut off (docs/design/0009-lost-arms.md).
+/// and after its host was cut off (docs/explanation/0009-lost-arms.md).
 [[nodiscard]] double braking_delay_of_dead(const config::CellFile& file);
 [[nodiscard]] double braking_delay_of_cut_off(const config::CellFile& file);
 

@@ -16,14 +16,18 @@ constexpr char kKindSeparator = '#';
 
 std::string node_fault_key(msg::CauseKind kind, const std::string& node) {
   const bool has_own_key = kind == msg::CauseKind::CAUSE_DUPLICATE_NODE ||
-                           kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED || kind == msg::CauseKind::CAUSE_ARM_FAILED;
+                           kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED ||
+                           kind == msg::CauseKind::CAUSE_CHECKPOINT_LOST ||
+                           kind == msg::CauseKind::CAUSE_INPUT_REFUSED || kind == msg::CauseKind::CAUSE_SECOND_WRITER ||
+                           kind == msg::CauseKind::CAUSE_ARM_STANDS || device_fault(kind).has_value();
   return has_own_key ? node + kKindSeparator + std::string(cause_name(kind)) : node;
 }
 
 std::string fault_key(msg::CauseKind kind, const std::string& subject) {
+  if (device_fault(kind)) return node_fault_key(kind, driver_node(subject));
   switch (kind) {
     case msg::CauseKind::CAUSE_DRIVER_SILENT:
-    case msg::CauseKind::CAUSE_ARM_FAILED:
+    case msg::CauseKind::CAUSE_ARM_STANDS:
       return node_fault_key(kind, driver_node(subject));
     case msg::CauseKind::CAUSE_HOST_LOST:
     case msg::CauseKind::CAUSE_HOST_ISOLATED:

@@ -58,7 +58,7 @@ struct FaultObservation {
 };
 
 /// Key in the FaultList of a fault of this node. The kinds that explain each other share the key of the node;
-/// CAUSE_DUPLICATE_NODE, CAUSE_PERSISTENCE_FAILED and CAUSE_ARM_FAILED have keys of their own.
+/// others have keys of their own: those from CAUSE_DUPLICATE_NODE on, but for CAUSE_CONTACT.
 [[nodiscard]] std::string node_fault_key(msg::CauseKind kind, const std::string& node);
 /// Key of a fault of this kind and subject (node, arm, host or link).
 [[nodiscard]] std::string fault_key(msg::CauseKind kind, const std::string& subject);

@@ -82,7 +82,7 @@ void StartupLog::update(const FaultDetector& detector, bus::Clock::time_point no
 }
 
 Supervisor::Connection::Connection(const config::CellFile& file, const ServiceOptions& options, const std::string& node)
-    : participant(make_participant(file, options, node, &quiet)) {}
+    : participant(make_participant(file, options, Role::kSupervisor, node, &quiet)) {}
 
 Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown)
     : file_(file),
@@ -98,7 +98,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
       connection_(file, options, place_.node),
       subscriptions_(connection_.participant, {place_.node, place_.host, replicator_.checkpoint().term > 0},
                      connection_.urgent, connection_.quiet),
-      leadership_(leadership_limits(place_, file.supervision.host_lease), replicator_.checkpoint().term,
+      leadership_(leadership_limits(place_, file.supervision.host_lease), replicator_.remembered_term(),
                   since_epoch(bus::Clock::now()), {place_.index, place_.supervisors.size()}),
       publisher_(connection_.participant, place_.node),
       heartbeats_{
@@ -187,7 +187,6 @@ void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
   if (leader && detector_.is_isolated(leader->node())) leadership_.leader_died();
   if (leadership_.decide(since_epoch(turns_.last), subscriptions_.newest_arrival())) {
     replicator_.become_leader(replicated());
-    publisher_.become_leader(leadership_.term());
     log_info("supervisor leads", {{"term", leadership_.term()}});
   }
   // A leader that continues reports its own stall, because a standby that observed it publishes nothing.
@@ -233,6 +232,10 @@ void Supervisor::judge() {
     detector_.faults().clear(place_.node, now);
   }
   detector_.judge(now);
+  if (!standing_.due(now)) return;
+  for (const std::string& arm : arm_names(file_)) {
+    detector_.arm_stands(arm, standing_.update(arm, stands_without_reason(arm, detector_, snapshot_), now));
+  }
 }
 
 void Supervisor::publish_mode(bus::Clock::time_point now) {

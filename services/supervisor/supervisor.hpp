@@ -20,6 +20,7 @@
 #include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/cell_snapshot.hpp"
 #include "services/supervisor/detection/fault_detector.hpp"
+#include "services/supervisor/detection/standing_arms.hpp"
 #include "services/supervisor/failover/leadership.hpp"
 #include "services/supervisor/planner_assignment.hpp"
 #include "services/supervisor/replication/replicator.hpp"
@@ -139,6 +140,7 @@ class Supervisor {
   PlannerAssignment planners_;
   RequestQueue requests_;
   StartupLog startup_;
+  StandingArms standing_;
   Connection connection_;
   SupervisorSubscriptions subscriptions_;
   Leadership leadership_;  ///< after the subscriptions: it begins to listen when they exist

@@ -16,6 +16,11 @@ constexpr Time kAlone = std::chrono::seconds(1);
 /// A process event that arrives this long after it happened keeps its own time.
 constexpr Time kLate = std::chrono::seconds(1);
 
+/// An agent that has been silent for this long may have a successor.
+constexpr Time kAgentHeld = std::chrono::milliseconds(200);
+/// Events that wait for the first heartbeat of their agent; more than all processes of a cell have in their history.
+constexpr std::size_t kMostWaiting = 4096;
+
 // FaultDetector judges silence and compensates stalls of this process. Deadlines of the middleware would only cost
 // time.
 bus::ReaderOptions without_deadline() {
@@ -47,6 +52,12 @@ msg::Separation latest_contact(const msg::ContactReport& report) {
   const auto count = report.contacts();
   const bool listed = count > 0 && count <= report.events().size();
   return listed ? report.events()[count - 1] : report.smallest();
+}
+
+std::optional<msg::Cause> device_fault_in(const msg::ArmState& state) {
+  const auto kind = device_fault(state.cause().kind());
+  if (!kind) return std::nullopt;
+  return make_cause(*kind, state.arm(), state.cause().text());
 }
 
 ProcessExit exit_of(const msg::ProcessEvent& event) {
@@ -142,6 +153,7 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
     to.detector.heard(heartbeat.node(), {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
                                          failed ? std::optional(heartbeat.cause()) : std::nullopt});
+    for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
     to.snapshot.update_heartbeat(sample);
   }
 }
@@ -173,8 +185,7 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
     } else {
       to.leadership.observe_term(state.newest_term(), arrival(sample));  // the only planner uses the cell's term
     }
-    const bool failed = state.mode() == msg::ArmMode::ARM_FAILED;
-    to.detector.device_heard(state.arm(), failed ? std::optional(state.cause().text()) : std::nullopt);
+    to.detector.device_heard(state.arm(), device_fault_in(state));
     to.snapshot.arms.insert_or_assign(state.arm(), received(sample));
   }
   for (const auto& sample : readers_.goals.take()) to.snapshot.update_goal(sample);
@@ -182,9 +193,16 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
 
 void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& sample) {
   const auto known = processes_.agents.find(sample.value.node());
-  if (known != processes_.agents.end() && known->second.heartbeats.same_participant(sample.writer)) return;
-  processes_.agents.insert_or_assign(sample.value.node(), KnownAgent{sample.writer, sample.value.newest_event(),
-                                                                     arrival(sample), sample.value.stamp_ns()});
+  if (known != processes_.agents.end()) {
+    KnownAgent& agent = known->second;
+    const bool same = agent.heartbeats.same_participant(sample.writer);
+    if (same) agent.heard = arrival(sample);
+    // Events of another participant do not count while the agent is heard.
+    if (same || arrival(sample) - agent.heard <= kAgentHeld) return;
+  }
+  processes_.agents.insert_or_assign(sample.value.node(),
+                                     KnownAgent{sample.writer, sample.value.newest_event(), arrival(sample),
+                                                sample.value.stamp_ns(), arrival(sample)});
 }
 
 const SupervisorSubscriptions::KnownAgent* SupervisorSubscriptions::known_agent(
@@ -205,6 +223,7 @@ void SupervisorSubscriptions::receive_process_events(const Consumers& to) {
       apply_process_event(sample, to);
     } else {
       processes_.waiting.push_back(std::move(sample));
+      if (processes_.waiting.size() > kMostWaiting) processes_.waiting.erase(processes_.waiting.begin());
     }
   }
 }

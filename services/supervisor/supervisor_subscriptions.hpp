@@ -87,6 +87,7 @@ class SupervisorSubscriptions {
     std::uint64_t past_events = 0;  ///< number of its last event before that
     Time at{0};                     ///< arrival of that heartbeat
     std::int64_t stamp_ns = 0;      ///< the same instant on the agent's clock
+    Time heard{0};                  ///< its last heartbeat
   };
   void note_agent(const bus::Sample<msg::Heartbeat>& sample);
   /// The agent that sent this event; null: it has sent no heartbeat yet.

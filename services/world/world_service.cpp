@@ -24,7 +24,7 @@ std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
 
 WorldService::WorldService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
     : file_(file),
-      participant_(make_participant(file, options, world_node(), &mailbox_)),
+      participant_(make_participant(file, options, Role::kWorld, world_node(), &mailbox_)),
       modes_(participant_, &mailbox_),
       heartbeat_(participant_,
                  {world_node(), msg::NodeKind::NODE_WORLD, "", options.host.empty() ? file.world_host : options.host},

@@ -36,6 +36,7 @@ from bad_input import BadInput  # noqa: E402
 from hosts import CannotRun  # noqa: E402
 from figures import FiguresByFault, described, figures, log_figures, quantiles  # noqa: E402
 from injections import draw, is_supervisor, pairs, together  # noqa: E402
+from progress import Progress  # noqa: E402
 from live_cell import LiveCell, runs, unix_ms  # noqa: E402
 from setting import COPY, Setting, check, check_given, require_programs, require_sight  # noqa: E402
 from steadiness import STALL, UNSAFE, UNSTEADY, TimerLateness  # noqa: E402
@@ -73,8 +74,12 @@ UNSAFE_ACCOUNTS = ("contacts", "stale_commands_accepted", "checkpoints_lost")
 ACCOUNTS = (*UNSAFE_ACCOUNTS, "wrong_attributions", "false_faults", "missed_faults", "unexplained_failovers")
 
 
+progress = Progress()
+
+
 def say(what):
     """Prints a message to stderr; stdout is for data."""
+    progress.clear()
     print(what, file=sys.stderr, flush=True)
 
 
@@ -83,6 +88,13 @@ def one_leads(status):
     states = {node["node"]: node["state"] for node in status["nodes"] if is_supervisor(node["node"])}
     leader = states.pop(status["supervisor"], None)
     return leader == "running" and all(state == "standby" for state in states.values())
+
+
+def nothing_done(options):
+    """(done, asked, unit) before the run."""
+    if options.soak is not None:
+        return 0, options.soak, "s"
+    return (0, options.duration, "s") if math.isinf(options.faults) else (0, options.faults, "faults")
 
 
 class Chaos:
@@ -113,6 +125,7 @@ class Chaos:
         self.span = self.account = None  # of the last violation
         self.accounts = dict.fromkeys(ACCOUNTS, 0)
         self.unfit = None  # reason why the cell cannot be tested
+        self.extent = nothing_done(options)  # done, asked, unit
         self.tasks = 0
         self.reached = 0
         self.supervisor_returned = 0  # [ms, wall clock]
@@ -148,8 +161,9 @@ class Chaos:
             self.soak(options.soak)
 
     def run(self, faults, duration):
-        end = time.monotonic() + duration
-        while self.faults < faults and time.monotonic() < end and not self.over():
+        began = time.monotonic()
+        progress.restart()
+        while self.note_extent(faults, duration, began) and not self.over():
             found = len(self.violations)
             self.episode()
             self.ended = unix_ms()
@@ -157,6 +171,22 @@ class Chaos:
                 self.passed += 1
                 continue
             self.continue_after_finding()
+
+    def note_extent(self, faults, duration, began):
+        """True while the run is not complete."""
+        spent = time.monotonic() - began
+        by_time = spent / duration > self.faults / faults
+        self.extent = (min(round(spent, 1), duration), duration, "s") if by_time else (self.faults, faults, "faults")
+        progress.show("chaos", *self.extent)
+        return self.faults < faults and spent < duration
+
+    def interrupted(self):
+        """The member `interrupted` of the report: the signal, and how much of the run is done. None without a signal, and for a
+        complete run."""
+        done, asked, unit = self.extent
+        if not self.ends.received or done >= asked:
+            return None
+        return {"signal": signal.Signals(self.ends.received).name, "done": done, "asked": asked, "unit": unit}
 
     def continue_after_finding(self):
         if self.caused_by_stall() and self.discarded < DISCARDS:
@@ -188,10 +218,11 @@ class Chaos:
 
     def soak(self, duration):
         """The arms work without disturbance; no fault may be reported."""
-        end = time.monotonic() + duration
+        began = time.monotonic()
         self.known = set(self.cell.faults())
         self.began = unix_ms()
-        while time.monotonic() < end and not self.over():
+        progress.restart()
+        while self.note_extent(math.inf, duration, began) and not self.over():
             try:
                 self.work_undisturbed()
                 self.passed += 1
@@ -492,7 +523,8 @@ class Chaos:
                 "leader_changes_of_machine_stalls": self.machine_moves,
                 "unreported_during_leader_changes": self.unreported, "followed": self.log_terms.followed,
                 "replaced_planners_refused": len(self.log_terms.refused),
-                "agents_ended_with": ended, "violations": self.violations, "not_tested": self.unfit}
+                "agents_ended_with": ended, "violations": self.violations, "not_tested": self.unfit,
+                "interrupted": self.interrupted()}
 
     def summary(self):
         """The report as text."""
@@ -511,6 +543,8 @@ class Chaos:
         yield from (f"VIOLATION: {violation}" for violation in self.violations)
         if self.unfit:
             yield f"NOT TESTED: {self.unfit}"
+        if cut := self.interrupted():
+            yield f"interrupted by {cut['signal']}: {cut['done']:g} of {cut['asked']:g} {cut['unit']} done"
 
 
 def written(report, summary, output):
@@ -560,7 +594,7 @@ def print_report(chaos, ended, options):
     try:
         report = chaos.report(str(options.cell), options.seed, ended)
         if options.report:
-            options.report.write_text(written(report, (), "json"), encoding="utf-8")
+            options.report.write_text(written(report, (), "json"), encoding="utf-8", errors="backslashreplace")
         sys.stdout.write(written(report, chaos.summary(), options.output))
         sys.stdout.flush()
         return True
@@ -587,6 +621,9 @@ def judge_extent(chaos):
     if chaos.unfit:
         say(f"hecaton-chaos: {chaos.unfit}")
         return UNSTEADY if chaos.lateness.stood_still(chaos.began, chaos.ended) else BAD_INPUT
+    if chaos.interrupted():
+        say("interrupted: the report has what was done so far")
+        return ending.exit_code(chaos.ends.received)
     if chaos.discarded > chaos.passed:
         say(f"only {chaos.passed} episodes passed; {chaos.discarded} were discarded because the machine stalled")
         return UNSTEADY
@@ -607,6 +644,8 @@ def require_valid_input(hecaton, options):
 
 
 def main():
+    for stream in sys.stdout, sys.stderr:  # names of files may hold bytes that are no UTF-8
+        stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:
         ends = ending.Ending() if namespaces.inside() else None
         options = command_line.parse(sys.argv[1:], __doc__)

@@ -16,12 +16,13 @@ from injections import KINDS
 
 EXIT_CODES = """\
 Data goes to stdout, messages to stderr. SIGTERM or SIGINT (Ctrl-C) ends the run after the present episode, with the findings so
-far; a second signal ends it at once, with exit code 143 or 130. A signal to all processes, as systemd sends it unless
+far, and exit code 130 or 143 unless there is a finding; a second signal ends it at once. A signal to all processes, as systemd sends it unless
 KillMode=mixed, also ends the cell.
 Exit codes: 0 no finding; 1 a finding; 2 usage; 3 bad input, or a cell whose arms do not move back and forth without faults; 4 ended
 before the first episode; 70 an unsafe finding: a contact, an arm that followed an older command, or a driver that lost its
 checkpoint; 75 a finding while the machine stalled, or most episodes were discarded for that reason, so that nothing is known; 77
-this machine does not support hosts (network namespaces); the reason is printed."""
+this machine does not support hosts (network namespaces); the reason is printed; 130 interrupted by Ctrl-C (SIGINT) or 143 by SIGTERM,
+without a finding so far."""
 
 
 def whole_number(name, low):

@@ -1,4 +1,4 @@
-"""Checks rules S1 to S3 of docs/design/0008-arm-leases.md, which planner may move an arm, in logs and statuses of the drivers.
+"""Checks rules S1 to S3 of docs/explanation/0008-arm-leases.md, which planner may move an arm, in logs and statuses of the drivers.
 
 usage: terms.py LOG…         checks the logs of a cell's hosts; exit code 1: a rule is broken
        terms.py --self-test

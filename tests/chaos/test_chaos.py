@@ -113,8 +113,26 @@ class ExitCodeTest(ChaosTest):
         self.assertEqual(self.made.reached, self.made.tasks)
 
     def test_run_without_episode_does_not_succeed(self):
-        self.assertEqual(self.run_soak(Cell(), ended_by=15), chaos.NOTHING_TESTED)
+        made, _ = chaos_of(Cell())
+        self.assertEqual(chaos.judge(made, {}), chaos.NOTHING_TESTED)
         self.assertIn("ended before the first episode", self.said.getvalue())
+
+    def test_interrupted_run_reports_what_is_done(self):
+        for number, code in (2, 130), (15, 143):
+            self.assertEqual(self.run_soak(Cell(), ended_by=number), code)
+        report = self.made.report("cell.yaml", 1, {})
+        self.assertEqual(report["interrupted"], {"signal": "SIGTERM", "done": 0, "asked": 0.02, "unit": "s"})
+        self.assertIn("interrupted by SIGTERM: 0 of 0.02 s done", list(self.made.summary()))
+
+    def test_finding_counts_more_than_the_signal(self):
+        made, _ = chaos_of(Cell(), ended_by=2)
+        made.violated("an episode", AssertionError("not within 120 s"))
+        self.assertEqual(chaos.judge(made, {}), 1)
+
+    def test_signal_at_the_end_of_a_complete_run_changes_nothing(self):
+        made, _ = chaos_of(Cell(), ended_by=2)
+        made.passed, made.extent = 1, (30, 30, "faults")
+        self.assertEqual((chaos.judge(made, {}), made.interrupted()), (0, None))
 
     def test_logs_without_followed_planner_are_a_finding(self):
         self.assertEqual(self.run_soak(Cell(logs=[driver("planner changed", "A", 4, "left"), driver("arm lease", "A", 4, "left")])), 1)

@@ -1,7 +1,7 @@
 #pragma once
 /// A cell for exhaustive exploration: two supervisors, two planners of one arm, its driver, and a network that may
 /// lose, delay, repeat and reorder messages. The decisions are those of the real code: Leadership, PlannerFailover,
-/// CellModeView, FailoverRole, CommandGate (docs/design/0008-arm-leases.md).
+/// CellModeView, FailoverRole, CommandGate (docs/explanation/0008-arm-leases.md).
 ///
 /// Every message that was ever sent may arrive at any time, any number of times, or never. This covers partitions,
 /// links of one direction and stopped processes. Only a leader that detects its own absence is an action of its own.

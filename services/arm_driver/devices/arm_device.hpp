@@ -5,13 +5,15 @@
 ///
 /// Lifecycle of a device, all on the thread of the driver's loop:
 ///
-///     configure ─► (read until kReady) ─► activate ─► { read, write } each period ─► stop ─► deactivate
+///     configure ─► (read until kReady) ─► activate ─► (read while kStarting) ─► { read, write } each period ─► stop
+///     ─► deactivate
 ///
-/// When the device is no longer ready, the driver calls deactivate() and continues to read; when it is ready again, the
-/// driver activates it again. After a failure of any call the driver calls stop(), deactivate() and, a second later,
-/// configure() again.
+/// The driver activates a device only while nothing holds the arm. When an active device is no longer ready, the driver
+/// calls deactivate(), continues to read, and holds the arm until a person resumes it; then it activates the device
+/// again. After a failure of any call the driver calls stop(), deactivate() and, a second later, configure() again.
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,40 +23,64 @@
 
 #include "planner/trajectory/set_point_interpolator.hpp"
 
+namespace hecaton::planner {
+struct RobotModel;
+}
+
 namespace hecaton::device {
 
 using planner::JointLimits;
 using planner::JointState;
 using planner::JointVector;
+/// Steady clock of this machine.
 using Clock = std::chrono::steady_clock;
 
 /// Whether the arm can be moved, and if not, why.
 enum class DeviceMode {
-  kReady,           ///< follows set-points when it is active
-  kNotReady,        ///< off, booting, brakes on, in manual mode: an operator must act
-  kProtectiveStop,  ///< the controller stopped the arm by itself; an operator must release it
-  kEmergencyStop,   ///< an emergency or safeguard stop
-  kFailed,          ///< a fault of the controller or of the connection to it
+  kReady,             ///< follows set-points when it is active
+  kStarting,          ///< connects, or begins to follow set-points; it becomes another mode within seconds
+  kNotReady,          ///< off, booting, brakes on, in manual mode: an operator must act
+  kRemoteControlOff,  ///< the controller takes no orders over the network
+  kProgramStopped,    ///< the program on the controller, which follows the set-points, was stopped or paused
+  kSafeguardStop,     ///< a safeguard stopped the arm: a light curtain, a door
+  kProtectiveStop,    ///< the controller stopped the arm by itself; an operator must release it
+  kEmergencyStop,     ///< an emergency stop
+  kFailed,            ///< a fault of the controller or of the connection to it
 };
 
+/// What a device knows of its arm.
 struct DeviceState {
   /// Measured joint positions and velocities. Empty when the device has never measured any.
   JointState measured;
-  std::chrono::nanoseconds age{0};  ///< of `measured`, transport included, on this machine's steady clock
-  double speed_scaling = 1.0;       ///< 0 to 1: executed speed relative to the commanded one
-  DeviceMode mode = DeviceMode::kNotReady;
-  std::string text;  ///< one sentence: why it is not kReady and what to do; else empty
+  std::chrono::nanoseconds age{0};          ///< of `measured`, transport included, on this machine's steady clock
+  double speed_scaling = 1.0;               ///< 0 to 1: executed speed relative to the commanded one
+  DeviceMode mode = DeviceMode::kNotReady;  ///< whether the arm can be moved
+  /// One sentence: why it is not kReady and what to do; else empty. Messages put the arm and its mode in front, as in
+  /// "arm NAME: its device reports a failure: ".
+  std::string text;
 };
 
 /// Why a call failed, as one sentence.
 struct DeviceFailure {
-  std::string text;
+  std::string text;  ///< what failed, and what to do
 };
 /// Empty: the call succeeded.
 using DeviceResult = std::optional<DeviceFailure>;
 
-/// No call may throw. Each returns within a period of the driver, except configure(), which may take up to a second.
-/// A device need not be thread-safe.
+/// What a person may order of a device. Nothing in a cell gives such an order by itself.
+enum class DeviceOrder {
+  kPowerOn,   ///< power on and release the brakes
+  kPowerOff,  ///< brakes on, power off
+  kUnlock,    ///< release a protective stop
+};
+
+/// The end of an order: whether the controller has taken it.
+struct OrderEnd {
+  DeviceResult result;  ///< empty: taken; else why not
+};
+
+/// The controller of one arm, as the driver sees it. No call may throw. Each returns within a period of the driver,
+/// except configure(), which may take up to a second. A device need not be thread-safe.
 class ArmDevice {
  public:
   virtual ~ArmDevice() = default;
@@ -62,8 +88,8 @@ class ArmDevice {
   /// Opens connections and reads the controller's own data. Nothing moves. May be called again after a failure.
   [[nodiscard]] virtual DeviceResult configure() = 0;
 
-  /// The device follows set-points from now on; the first one is the state that was read last, at rest. Called only
-  /// when that state was kReady.
+  /// The device shall follow set-points from now on. Called only when the last state was kReady. The device may need
+  /// some seconds; meanwhile read() returns kStarting. The first set-point is the state of the first kReady, at rest.
   [[nodiscard]] virtual DeviceResult activate() = 0;
 
   /// The newest state known at `now`, with its `age`. Never waits for a new one. The driver treats the arm as failed
@@ -82,10 +108,24 @@ class ArmDevice {
   /// The device no longer follows set-points. May be called at any time.
   virtual void deactivate() = 0;
 
+  /// Begins an order. It runs while read() is called; order_end() reports its end. Fails for an order that the device
+  /// does not have, and while another order runs.
+  [[nodiscard]] virtual DeviceResult begin(DeviceOrder /*order*/) {
+    return DeviceFailure{"its device takes no orders: switch it at its controller"};
+  }
+  /// The end of the order that begin() took, once; empty while it runs.
+  [[nodiscard]] virtual std::optional<OrderEnd> order_end() { return {}; }
+
   /// Lag of the measured state behind the set-points [s]. With 0 a stop begins from the measured state. Otherwise it
   /// begins from the last set-point, because the set-point would else jump back by the lag.
   [[nodiscard]] virtual double tracking_delay() const { return 0.0; }
+
+  /// True: the arm may move again without a person after a restart of the driver's process.
+  [[nodiscard]] virtual bool continues_after_restart() const { return false; }
 };
+
+/// Writes a line to the driver's log: what happened, and its details. Thread-safe. May be empty.
+using DeviceLog = std::function<void(std::string_view event, std::string_view details)>;
 
 /// The data from which a device is created.
 struct DeviceSetup {
@@ -96,15 +136,29 @@ struct DeviceSetup {
   std::string checkpoint;                                  ///< a file that survives the process; empty: none
   std::string where;                                       ///< "FILE: arms[0].device", the prefix of messages
   std::map<std::string, std::string, std::less<>> values;  ///< the other keys of `device:` in the cell file
+  int index = 0;                                           ///< of the arm in the cell, for default ports
+  std::chrono::nanoseconds command_timeout{0};             ///< silence of commands after which the driver stops the arm
+  DeviceLog log = {};                                      ///< for events of the device; empty: none are logged
+  std::vector<bool> prismatic = {};                        ///< of each joint; empty: all are revolute
+};
+
+/// A port of this machine on which a device listens.
+struct ListeningPort {
+  int number = 0;   ///< of TCP or UDP, 1 to 65535
+  std::string key;  ///< of `device:` that sets it
 };
 
 /// One kind of device, which `device: {type: …}` in the cell file may name.
 struct DeviceType {
-  std::string type;
+  std::string type;                    ///< its name in the cell file
   std::vector<std::string_view> keys;  ///< allowed in `device:` beside `type`
   /// Opens nothing yet. Throws std::runtime_error with a sentence (key, value, what is allowed) when a value cannot be
   /// used.
   std::unique_ptr<ArmDevice> (*make)(const DeviceSetup& setup);
+  /// The ports on which the device will listen. Two devices of one host must not share one. Null: none. Throws as make.
+  std::vector<ListeningPort> (*ports)(const DeviceSetup& setup) = nullptr;
+  /// What `hecaton check` says about the arm beside errors, a sentence each. Null: nothing. Throws as make.
+  std::vector<std::string> (*notes)(const DeviceSetup& setup, const planner::RobotModel& model) = nullptr;
 };
 
 /// The kinds of devices of this program.

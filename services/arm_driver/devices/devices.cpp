@@ -1,11 +1,16 @@
+#include "services/arm_driver/devices/abb_egm/abb_egm_arm.hpp"
 #include "services/arm_driver/devices/arm_device.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
+#include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
 
 namespace hecaton::device {
 
 const std::vector<DeviceType>& device_types() {
   static const std::vector<DeviceType> types = {
       {"simulated", {}, make_simulated_arm},
+      {"universal_robots", kUniversalRobotsKeys, make_universal_robots_arm, universal_robots_ports,
+       universal_robots_notes},
+      {"abb_egm", kAbbEgmKeys, make_abb_egm_arm, abb_egm_ports, abb_egm_notes},
   };
   return types;
 }

@@ -87,7 +87,10 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   hosts_.heard(*hosts_.index(known->host), clock_.at(heartbeat.at), known->role == msg::NodeKind::NODE_AGENT);
   losses_.arrived(node, heartbeat.pid, heartbeat.number);
   const std::int64_t pid = heartbeat.pid;
-  const bool late = (record.died && record.died->pid == pid) || (record.stopped && record.pid == pid);
+  // A report of an end that heartbeats contradict for a second is wrong, or forged.
+  const bool lives = record.died && record.died->pid == pid && heartbeat.at - record.died_at > kFalseEnd;
+  const bool ended = (record.died && record.died->pid == pid) || (record.stopped && record.pid == pid);
+  const bool late = ended && !lives;
   if (late) return;  // sent before the process ended
   note_process(record, pid);
   const bool replaced = record.pid != 0 && record.pid != pid && !record.died && !record.stopped;
@@ -120,9 +123,9 @@ void FaultDetector::row_heard(std::string_view host, const std::vector<HostAge>&
   if (liveness_.last_heard(agent->name)) liveness_.heard(agent->name, at);
 }
 
-void FaultDetector::device_heard(std::string_view arm, std::optional<std::string> failure) {
+void FaultDetector::device_heard(std::string_view arm, std::optional<msg::Cause> fault) {
   const auto found = records_.find(driver_node(arm));
-  if (found != records_.end()) found->second.device_failure = std::move(failure);
+  if (found != records_.end()) found->second.device_fault = std::move(fault);
 }
 
 void FaultDetector::process_started(std::string_view node, std::int64_t pid) {
@@ -135,7 +138,7 @@ void FaultDetector::process_started(std::string_view node, std::int64_t pid) {
   started.has_stream = record.has_stream;
   started.pending_exit = record.pending_exit;
   started.silence_at_end = record.silence_at_end;
-  started.device_failure = std::move(record.device_failure);
+  started.device_fault = std::move(record.device_fault);
   record = std::move(started);
   liveness_.restarted(node);
   if (record.has_stream) liveness_.restarted(stream_name(node));
@@ -155,6 +158,7 @@ void FaultDetector::process_exited(std::string_view node, const ProcessExit& exi
   record.pid = exit.pid;
   record.stopped = exit.wanted;
   record.died = exit.wanted ? std::nullopt : std::optional(exit);
+  record.died_at = clock_.now();
   record.pending_exit = news ? record.died : std::nullopt;
   record.silence_at_end = liveness_.silence(node);
   liveness_.restarted(node);
@@ -171,10 +175,38 @@ void FaultDetector::contacts(std::uint64_t count, const std::string& subject, co
   contacts_.count = count;
 }
 
+void FaultDetector::refusal_heard(const std::string& node, const msg::Refusal& refusal) {
+  const msg::CauseKind kind = refusal.cause().kind();
+  const bool second = kind == msg::CauseKind::CAUSE_SECOND_WRITER;
+  if (!second && kind != msg::CauseKind::CAUSE_INPUT_REFUSED) return;
+  const std::string& subject = refusal.cause().subject();
+  const std::string key = node_fault_key(kind, subject);
+  const auto known = refusals_.find(key);
+  if (known == refusals_.end() && refusals_.size() >= kMostRefusals) return;
+  const std::string what = refusal.topic().empty() ? "datagrams" : refusal.topic();
+  const std::string from =
+      "GUID " + refusal.sender() + (refusal.address().empty() ? "" : ", address " + refusal.address());
+  const std::string told = second ? node + " receives " + subject + " of two participants: " + refusal.cause().text()
+                                  : node + " refuses " + what + " of " + subject + ": " + refusal.cause().text();
+  refusals_.insert_or_assign(
+      key, Refusals{{kind, second ? msg::Severity::SEVERITY_ERROR : msg::Severity::SEVERITY_WARNING, subject,
+                     told + " (" + from + ", " + std::to_string(refusal.count()) + " times)"},
+                    clock_.now()});
+}
+
+void FaultDetector::arm_stands(const std::string& arm, const std::optional<std::string>& why) {
+  const std::string key = fault_key(msg::CauseKind::CAUSE_ARM_STANDS, arm);
+  if (!why) return faults_.clear(key, clock_.now());
+  faults_.raise(key, {msg::CauseKind::CAUSE_ARM_STANDS, msg::Severity::SEVERITY_ERROR, arm, *why}, clock_.now());
+}
+
 void FaultDetector::adopt(const std::string& key, const FaultRecord& record, Time now) {
   faults_.adopt(key, record, now);
-  const bool judged = record.kind == msg::CauseKind::CAUSE_LINK_LOST ||
-                      (record.kind != msg::CauseKind::CAUSE_PERSISTENCE_FAILED && expects(node_of_fault_key(key)));
+  // Of these kinds a supervisor raises those that it observes itself.
+  const bool own =
+      record.kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED || record.kind == msg::CauseKind::CAUSE_CHECKPOINT_LOST ||
+      record.kind == msg::CauseKind::CAUSE_INPUT_REFUSED || record.kind == msg::CauseKind::CAUSE_SECOND_WRITER;
+  const bool judged = record.kind == msg::CauseKind::CAUSE_LINK_LOST || (!own && expects(node_of_fault_key(key)));
   if (!judged) faults_.clear(key, now);
 }
 

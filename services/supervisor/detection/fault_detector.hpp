@@ -4,7 +4,7 @@
 ///
 /// One turn of the owner's loop: advance(now), everything that arrived, judge(now).
 ///
-/// The detector concludes from which host hears which (docs/design/0003-fault-detection.md). l is the supervisor's
+/// The detector concludes from which host hears which (docs/explanation/0003-fault-detection.md). l is the supervisor's
 /// host, k another host:
 ///
 ///     situation                        row of k           rows of others about k   rule → fault
@@ -18,7 +18,7 @@
 ///     cell of two hosts, k silent      none               –                        6 LINK_LOST
 ///     k returns                        fresh, l fresh     fresh                    7 cleared after 100 ms
 ///
-/// A node that reports that it cannot work is NODE_FAILED; a device that reports a failure is ARM_FAILED.
+/// A node that reports that it cannot work is NODE_FAILED. What the device of an arm reports is a fault of that kind.
 
 #include <chrono>
 #include <cstdint>
@@ -110,8 +110,12 @@ class FaultDetector {
   void stream_heard(std::string_view node, Time at, std::uint64_t number = 0);
   /// A row of reachability from the agent of `host`, which arrived at `at`.
   void row_heard(std::string_view host, const std::vector<HostAge>& ages, Time at);
-  /// What the newest ArmState says of the arm's device. `failure`: why it has failed (may be ""); empty: it works.
-  void device_heard(std::string_view arm, std::optional<std::string> failure);
+  /// What the newest ArmState says of the arm's device. `fault`: one of kDeviceFaults, and why; empty: it works.
+  void device_heard(std::string_view arm, std::optional<msg::Cause> fault);
+  /// A node reports in its heartbeat what it refuses of a sender, see msg::Refusal.
+  void refusal_heard(const std::string& node, const msg::Refusal& refusal);
+  /// Nothing holds an arm that should move, and it stands (StandingArms). `why`: a sentence; empty: no longer.
+  void arm_stands(const std::string& arm, const std::optional<std::string>& why);
   void process_started(std::string_view node, std::int64_t pid);
   /// `news`: true: the exit is a fault even if a successor runs before the next judgement. False: another supervisor
   /// may have published it, and it matters only until a successor runs.
@@ -159,17 +163,18 @@ class FaultDetector {
     std::optional<ProcessExit> died{};  // unexpectedly, and no successor was heard
     bool stopped = false;               // was ordered to end, and did
     bool has_stream = false;
-    std::optional<msg::Cause> failure{};          // as the node reports it
-    std::optional<std::string> device_failure{};  // as the driver reports it
-    std::optional<ProcessExit> pending_exit{};    // not judged yet
-    std::optional<Time> pending_exit_at{};        // when that was, if it is judged again
-    Time silence_at_end{0};                       // of the node, when the agent reported its last end
-    std::optional<Time> returned_from{};          // end of the last absence of its host from which it has returned
-    Time heartbeat_at{0};                         // last one, of any process
-    std::int64_t previous_pid = 0;                // heard before this process
-    std::int64_t unreported_pid = 0;              // previous process whose end no agent has reported; 0: none
-    Time changed_at{0};                           // when the heard process last changed
-    int changes = 0;                              // changes between the same two processes without a pause
+    std::optional<msg::Cause> failure{};        // as the node reports it
+    std::optional<msg::Cause> device_fault{};   // as the driver reports it
+    std::optional<ProcessExit> pending_exit{};  // not judged yet
+    std::optional<Time> pending_exit_at{};      // when that was, if it is judged again
+    Time died_at{0};                            // arrival of the report of `died`
+    Time silence_at_end{0};                     // of the node, when the agent reported its last end
+    std::optional<Time> returned_from{};        // end of the last absence of its host from which it has returned
+    Time heartbeat_at{0};                       // last one, of any process
+    std::int64_t previous_pid = 0;              // heard before this process
+    std::int64_t unreported_pid = 0;            // previous process whose end no agent has reported; 0: none
+    Time changed_at{0};                         // when the heard process last changed
+    int changes = 0;                            // changes between the same two processes without a pause
   };
   /// An exit (with a node) or a contact (without) that was judged.
   struct Transient {
@@ -185,6 +190,18 @@ class FaultDetector {
     std::vector<FaultObservation> pending;
   };
 
+  /// What nodes refuse now, by fault key.
+  struct Refusals {
+    FaultObservation observation;
+    Time heard{0};
+  };
+  /// Of more senders at a time the rest is only in the heartbeats: a flood of forged ones must not hide other faults.
+  static constexpr std::size_t kMostRefusals = 16;
+  /// The fault ends when no node has reported it for this long.
+  static constexpr Time kRefusalLasts = std::chrono::seconds(5);
+
+  /// A process whose heartbeats continue for this long after the report of its end has not ended.
+  static constexpr Time kFalseEnd = std::chrono::seconds(1);
   /// Heartbeats of two processes within this: both run at one time.
   static constexpr Time kDuplicate = std::chrono::seconds(1);
 
@@ -207,6 +224,7 @@ class FaultDetector {
   void judge_duplicates(Time now);
   void judge_devices(Time now);
   void judge_contacts(Time now);
+  void judge_refusals(Time now);
   [[nodiscard]] FaultObservation observe_host(HostIndex host) const;
   [[nodiscard]] std::optional<FaultObservation> observe_node(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultObservation> observe_silence(const ExpectedNode& node, Presence presence) const;
@@ -236,6 +254,7 @@ class FaultDetector {
   FaultList faults_;
   CellModeState mode_;
   Contacts contacts_;
+  std::map<std::string, Refusals> refusals_;
   std::deque<Transient> transients_;                    // newest last
   std::set<FaultKey> raised_;                           // open faults that this detector raised, not adopted
   std::set<std::pair<FaultKey, std::string>> ordered_;  // holds until resumed that were given: fault and arm; "": cell

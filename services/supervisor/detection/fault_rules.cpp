@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <iterator>
 
 #include "services/supervisor/detection/fault_detector.hpp"
 
-// The judgement of the FaultDetector: rules 1 to 7 of docs/design/0003-fault-detection.md, and the holds that follow.
+// The judgement of the FaultDetector: rules 1 to 7 of docs/explanation/0003-fault-detection.md, and the holds that
+// follow.
 
 namespace hecaton::services {
 namespace {
@@ -51,6 +53,7 @@ void FaultDetector::judge(Time now) {
   judge_duplicates(now);
   judge_devices(now);
   judge_contacts(now);
+  judge_refusals(now);
   mode_.set_automatic(holds());
   hold_until_resumed();
 }
@@ -216,16 +219,19 @@ void FaultDetector::judge_duplicates(Time now) {
 void FaultDetector::judge_devices(Time now) {
   for (const ExpectedNode& node : nodes_) {
     if (node.role != msg::NodeKind::NODE_DRIVER) continue;
-    const auto& failure = find(node.name)->device_failure;
-    const std::string key = node_fault_key(msg::CauseKind::CAUSE_ARM_FAILED, node.name);
-    if (!failure) {
-      faults_.clear(key, now);
-      continue;
+    const auto& reported = find(node.name)->device_fault;
+    for (const msg::CauseKind kind : kDeviceFaults) {
+      const std::string key = node_fault_key(kind, node.name);
+      if (!reported || reported->kind() != kind) {
+        faults_.clear(key, now);
+        continue;
+      }
+      const bool failed = kind == msg::CauseKind::CAUSE_ARM_FAILED;
+      raise(key,
+            {kind, msg::Severity::SEVERITY_ERROR, node.arm,
+             "arm " + node.arm + ": " + (failed ? "its device reports a failure: " : "") + reported->text()},
+            now);
     }
-    raise(key,
-          {msg::CauseKind::CAUSE_ARM_FAILED, msg::Severity::SEVERITY_ERROR, node.arm,
-           "arm " + node.arm + ": its device reports a failure" + (failure->empty() ? "" : ": " + *failure)},
-          now);
   }
 }
 
@@ -241,6 +247,19 @@ void FaultDetector::judge_contacts(Time now) {
     if (limits_.waits(msg::CauseKind::CAUSE_CONTACT))
       mode_.hold_until_resumed({},
                                make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, contact.subject, contact.description));
+  }
+}
+
+// A refused sender holds no arm: the node that refuses works on.
+void FaultDetector::judge_refusals(Time now) {
+  for (auto entry = refusals_.begin(); entry != refusals_.end();) {
+    const bool over = clock_.now() - entry->second.heard > kRefusalLasts;
+    if (over) {
+      faults_.clear(entry->first, now);
+    } else {
+      faults_.raise(entry->first, entry->second.observation, now);
+    }
+    entry = over ? refusals_.erase(entry) : std::next(entry);
   }
 }
 
@@ -377,8 +396,9 @@ bool FaultDetector::holds_arms(const ExpectedNode& node) const {
 
 const FaultRecord* FaultDetector::fault_holding(const ExpectedNode& node) const {
   if (const FaultRecord* fault = faults_.open(node.name)) return fault;
-  if (const FaultRecord* fault = faults_.open(node_fault_key(msg::CauseKind::CAUSE_ARM_FAILED, node.name)))
-    return fault;
+  for (const msg::CauseKind kind : kDeviceFaults) {
+    if (const FaultRecord* fault = faults_.open(node_fault_key(kind, node.name))) return fault;
+  }
   if (alive(node.name)) return nullptr;
   if (const ExpectedNode* agent = agent_of(node.host)) {
     if (const FaultRecord* fault = faults_.open(agent->name)) return fault;

@@ -1,6 +1,6 @@
 #pragma once
 /// The hosts of a cell and the links between them, judged by which host hears which
-/// (docs/design/0003-fault-detection.md). Standard library only; all times are those of the supervisor's
+/// (docs/explanation/0003-fault-detection.md). Standard library only; all times are those of the supervisor's
 /// StallCompensatedClock.
 
 #include <chrono>

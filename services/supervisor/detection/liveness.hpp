@@ -1,7 +1,7 @@
 #pragma once
 /// Liveness of senders, judged by their silence, and the share of packets that the network loses, which tells how long
-/// a silence chance explains (docs/design/0003-fault-detection.md). Standard library only; all times are those of one
-/// StallCompensatedClock.
+/// a silence chance explains (docs/explanation/0003-fault-detection.md). Standard library only; all times are those of
+/// one StallCompensatedClock.
 
 #include <chrono>
 #include <cstdint>

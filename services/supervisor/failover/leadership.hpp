@@ -1,6 +1,6 @@
 #pragma once
 /// Which supervisor leads, and under which term. Pure: time is an argument. Model-checked (tests/model,
-/// docs/design/0008-arm-leases.md).
+/// docs/explanation/0008-arm-leases.md).
 ///
 ///                       no leader for `listen` (`search`): takes a term
 ///                ┌───────────────────────────────────────────────────────┐

@@ -1,6 +1,6 @@
 #pragma once
 /// Which planner commands each arm that has a standby planner, and when the standby replaces it. Pure: time is an
-/// argument. Model-checked (tests/model, docs/design/0008-arm-leases.md).
+/// argument. Model-checked (tests/model, docs/explanation/0008-arm-leases.md).
 ///
 /// Only the leading supervisor grants leases. It adopts leases that other supervisors granted and those that drivers
 /// obey: a change of leader changes no lease, and after a partition both sides agree with what the arm follows.

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::services {
@@ -144,7 +148,7 @@ std::optional<Checkpoint> parse_checkpoint(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && !parse_line(line, checkpoint)) return std::nullopt;
   }
-  if (checkpoint.term == 0) return std::nullopt;
+  if (checkpoint.term == 0 || checkpoint.term > bus::kLargestTerm) return std::nullopt;
   return checkpoint;
 }
 
@@ -157,6 +161,18 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   if (!checkpoint)
     throw std::runtime_error("--checkpoint " + path + " is no checkpoint of a supervisor: remove or repair it");
   return checkpoint;
+}
+
+CheckpointFile::CheckpointFile(std::string path) : path_(std::move(path)) {
+  if (path_.empty()) return;
+  try {
+    if (auto checkpoint = read_checkpoint(path_)) stored_ = *std::move(checkpoint);
+  } catch (const std::runtime_error&) {
+    const std::string aside = path_ + ".unusable";
+    std::error_code failed;
+    std::filesystem::rename(path_, aside, failed);
+    lost_ = "the checkpoint of the earlier process cannot be used, and its orders are unknown; it is now " + aside;
+  }
 }
 
 std::string write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {

@@ -45,10 +45,9 @@ struct Checkpoint {
 /// The newest checkpoint and its file.
 class CheckpointFile {
  public:
-  /// Reads the checkpoint of the previous process. Empty path: nothing is stored. Throws as read_checkpoint() does.
-  explicit CheckpointFile(std::string path) : path_(std::move(path)) {
-    if (auto checkpoint = path_.empty() ? std::nullopt : read_checkpoint(path_)) stored_ = *std::move(checkpoint);
-  }
+  /// Reads the checkpoint of the previous process. Empty path: nothing is stored. A file that cannot be used is set
+  /// aside under the name "PATH.unusable", see lost().
+  explicit CheckpointFile(std::string path);
 
   /// Call it before the contents are published. A failed write is tried again, also if `checkpoint` has not changed.
   void store(Checkpoint checkpoint) {
@@ -64,6 +63,8 @@ class CheckpointFile {
   [[nodiscard]] const Checkpoint& stored() const { return stored_; }
   /// The newest checkpoint could not be written.
   [[nodiscard]] bool failed() const { return failure_.has_value(); }
+  /// A sentence when the previous process has left a checkpoint that cannot be used: its orders are unknown.
+  [[nodiscard]] const std::optional<std::string>& lost() const { return lost_; }
   /// Why, as a sentence. Only while failed().
   [[nodiscard]] std::string failure() const {
     return "new orders and faults would be lost with this process, because their checkpoint cannot be written: " +
@@ -74,6 +75,7 @@ class CheckpointFile {
   std::string path_;
   Checkpoint stored_;
   std::optional<std::string> failure_;  // of the last write
+  std::optional<std::string> lost_;
 };
 
 }  // namespace hecaton::services

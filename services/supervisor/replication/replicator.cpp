@@ -27,6 +27,20 @@ Replicator::Replicator(std::string node, const std::string& checkpoint_path, boo
 void Replicator::restore(FaultDetector& detector) {
   detector.mode().restore(file_.stored().orders, file_.stored().causes);
   detector.faults().restore(file_.stored().faults);
+  if (!file_.lost()) return;
+  log_error("checkpoint lost", {{"reason", *file_.lost()}});
+  detector.mode().hold_until_resumed({}, make_cause(msg::CauseKind::CAUSE_CHECKPOINT_LOST, node_, *file_.lost()));
+  tell_lost(detector);
+}
+
+// The order to hold remains; the fault itself is over once the new checkpoint is in use.
+void Replicator::tell_lost(FaultDetector& detector) const {
+  const std::string key = node_fault_key(msg::CauseKind::CAUSE_CHECKPOINT_LOST, node_);
+  const Time now = since_epoch(bus::Clock::now());
+  detector.faults().raise(
+      key, {msg::CauseKind::CAUSE_CHECKPOINT_LOST, msg::Severity::SEVERITY_ERROR, node_, node_ + ": " + *file_.lost()},
+      now);
+  detector.faults().clear(key, now);
 }
 
 void Replicator::follow_leader(const Cell& cell) {

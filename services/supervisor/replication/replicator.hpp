@@ -1,6 +1,6 @@
 #pragma once
 /// Replication of a supervisor's term, orders and faults: to its checkpoint, through the bus, and by requests to the
-/// leader (docs/design/0003-fault-detection.md, docs/design/0008-arm-leases.md).
+/// leader (docs/explanation/0003-fault-detection.md, docs/explanation/0008-arm-leases.md).
 
 #include <cstdint>
 #include <string>
@@ -24,11 +24,12 @@ class Replicator {
     bus::Clock::time_point now;  ///< when the turn began
   };
 
-  /// `alone`: the cell has no other supervisor. Throws std::runtime_error with a sentence when the checkpoint exists
-  /// and cannot be used.
+  /// `alone`: the cell has no other supervisor. A checkpoint that cannot be used is a fault, see restore().
   Replicator(std::string node, const std::string& checkpoint_path, bool alone);
 
-  /// Gives the detector the orders and faults of the checkpoint. Call it before the first turn.
+  /// Gives the detector the orders and faults of the checkpoint. Without a usable one the cell is held until a person
+  /// resumes, because a stop may have been ordered, and the fault CAUSE_CHECKPOINT_LOST tells so. Call it before the
+  /// first turn.
   void restore(FaultDetector& detector);
 
   /// In each turn of a standby: publishes unreplicated faults again, requests unreplicated orders from the leader, and
@@ -51,6 +52,8 @@ class Replicator {
 
   /// As last written, or as the previous process left it.
   [[nodiscard]] const Checkpoint& checkpoint() const { return file_.stored(); }
+  /// The greatest term that the previous process may have known; 0: there was none.
+  [[nodiscard]] std::uint64_t remembered_term() const { return file_.lost() ? 1 : file_.stored().term; }
   /// The newest checkpoint could not be written: its orders would be lost with this process.
   [[nodiscard]] bool persistence_failed() const { return file_.failed(); }
   /// The same as a cause of this kind; CAUSE_NONE while checkpoints are written.
@@ -60,6 +63,7 @@ class Replicator {
   void republish_faults(const Cell& cell);
   void forward_orders(const Cell& cell);
   void remember_leader(const Cell& cell);
+  void tell_lost(FaultDetector& detector) const;
   /// Raises or clears the fault persistence_failed. A failed write is tried again with every published mode.
   void write(Checkpoint checkpoint, FaultList& faults);
 

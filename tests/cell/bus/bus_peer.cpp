@@ -3,7 +3,7 @@
 // Roles:
 // - heartbeat: writes Heartbeat NAME every 10 ms and ArmState NAME every 5 ms.
 // - process: writes ProcessEvents NAME/0 … NAME/29 once, then stays.
-// - command: writes ArmCommand arm1 from NAME every 10 ms; strength 10 when NAME is "primary", else 5.
+// - command: writes ArmCommand arm1 from NAME every 10 ms.
 // - measure: joins, waits for 30 keys of ProcessEvent, prints how long that took [ms], leaves.
 // - gather: reads ProcessEvents.
 // - listen: prints "at N" at every hundredth ArmState, and "silent" when a deadline of 1 s is missed.
@@ -69,9 +69,7 @@ int process(bus::Participant& participant, const std::string& name) {
 }
 
 int command(bus::Participant& participant, const std::string& name) {
-  bus::WriterOptions options;
-  options.strength = name == "primary" ? 10 : 5;
-  bus::Writer<msg::ArmCommand> commands(participant, options);
+  bus::Writer<msg::ArmCommand> commands(participant);
   msg::ArmCommand command;
   command.arm("arm1");
   command.node(name);

@@ -21,13 +21,23 @@ inline const std::string kThreePuma = std::string(HECATON_LIVE_CELLS) + "/three_
 class LiveCell : public testing::Test {
  protected:
   void SetUp() override {
-    up_ = std::make_unique<Process>(std::vector<std::string>{std::string(HECATON_BIN_DIR) + "/hecaton", "up",
-                                                             cell_file(), "--headless", "--domain", domain(),
-                                                             "--start-timeout", "100s"});
+    std::vector<std::string> words{std::string(HECATON_BIN_DIR) + "/hecaton",
+                                   "up",
+                                   cell_file(),
+                                   "--headless",
+                                   "--domain",
+                                   domain(),
+                                   "--start-timeout",
+                                   "100s"};
+    for (const std::string& option : up_options()) words.push_back(option);
+    up_ = std::make_unique<Process>(words);
     ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
   }
 
   [[nodiscard]] virtual std::string cell_file() const { return kThreePuma; }
+
+  /// Further options of `hecaton up`.
+  [[nodiscard]] virtual std::vector<std::string> up_options() const { return {}; }
 
   void TearDown() override {
     if (!up_) return;

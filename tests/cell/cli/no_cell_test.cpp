@@ -21,6 +21,7 @@ TEST(NoCell, EveryCommandExitsWithFive) {
       {"wait", "north", "--for", "reached"},
       {"hold"},
       {"resume"},
+      {"device", "north", "on"},
       {"stop", "north"},
       {"obstacle", "add", "x", "--sphere", "0.1", "--pose", "0 0 1 0 0 0"},
       {"obstacle", "move", "x", "--pose", "0 0 1 0 0 0"},

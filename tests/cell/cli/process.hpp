@@ -10,6 +10,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pty.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -45,10 +46,17 @@ class Watched {
 /// A child process; it is killed when the test ends.
 class Process {
  public:
-  explicit Process(const std::vector<std::string>& words) {
+  enum class Stderr { kPipe, kTerminal };
+  explicit Process(const std::vector<std::string>& words, Stderr stderr_is = Stderr::kPipe) {
     int out[2];
     int err[2];
-    if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    if (pipe2(out, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    if (stderr_is == Stderr::kPipe) {
+      if (pipe2(err, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    } else {
+      if (openpty(&err[0], &err[1], nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
+      for (const int fd : err) fcntl(fd, F_SETFD, FD_CLOEXEC);
+    }
     std::vector<char*> argv;
     std::vector<std::string> copies = words;
     for (std::string& word : copies) argv.push_back(word.data());
@@ -56,6 +64,7 @@ class Process {
     pid_ = fork();
     if (pid_ == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
+      for (const int number : {SIGINT, SIGTERM}) ::signal(number, SIG_DFL);  // a shell may have them ignored
       dup2(out[1], STDOUT_FILENO);
       dup2(err[1], STDERR_FILENO);
       execv(argv[0], argv.data());

@@ -56,6 +56,8 @@ TEST_F(ClientTest, ReportsRejectedGoalsAndUnknownNames) {
   EXPECT_EQ(cell.arm("south").go_to("home").wait(100ms).kind, OutcomeKind::kUnanswered);
   EXPECT_THROW(static_cast<void>(cell.arm("south").state(100ms)), Unreachable);
   EXPECT_THROW(static_cast<void>(cell.world().remove("box", kPatience)), Rejected);
+  const double nan = std::nan("");
+  EXPECT_THROW(static_cast<void>(cell.arm("north").go_to({0.0, nan, 0.0, 0.0, 0.0, 0.0})), InvalidArgument);
 }
 
 TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {

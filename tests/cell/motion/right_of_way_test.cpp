@@ -1,5 +1,5 @@
 // The right of way between two planners that communicate over DDS only
-// (docs/design/0007-right-of-way.md).
+// (docs/explanation/0007-right-of-way.md).
 #include <algorithm>
 
 #include "tests/cell/motion/motion_cell.hpp"

@@ -58,7 +58,6 @@ TEST(AdoptedFaults, StayPublishedAfterTheirSupervisorStepsDown) {
   bus::Writer<msg::CellMode> leader(cell.participant());
   msg::CellMode mode;
   mode.term(fault.term() + 1000);
-  leader.set_strength(static_cast<int>(mode.term()));
   mode.node("supervisor@elsewhere");
   const auto lead_until = [&](const auto& condition) {
     for (const auto until = bus::Clock::now() + kPatience; bus::Clock::now() < until;) {

@@ -57,7 +57,7 @@ HealthCell::HealthCell(const std::vector<std::string>& agent_options, const std:
       run_{file_, domain_.number()},
       agent_(agent_command(agent_options)),
       options_(client_options(domain_.number())),
-      participant_(make_participant(file_, options_, "test", &mailbox_)),
+      participant_(make_participant(file_, options_, Role::kOperator, "test", &mailbox_)),
       requests_(participant_),
       replies_(participant_, &mailbox_),
       modes_(participant_, &mailbox_),

@@ -18,7 +18,7 @@ void send_and_leave(HealthCell& cell, const std::string& goal, const std::string
   ServiceOptions options;
   options.domain = cell.domain();
   bus::Mailbox mailbox;
-  bus::Participant participant = make_participant(cell.file(), options, "guest", &mailbox);
+  bus::Participant participant = make_participant(cell.file(), options, Role::kOperator, "guest", &mailbox);
   bus::Writer<msg::Goal> goals(participant);
   msg::Goal message;
   message.arm("left");

@@ -15,7 +15,6 @@ class OtherLeader {
       : cell_(cell), modes_(cell.participant()), requests_(cell.participant(), &cell.mailbox()) {
     mode_.term(term);
     mode_.node("supervisor@elsewhere");
-    modes_.set_strength(static_cast<int>(term));
   }
   msg::CellMode& mode() { return mode_; }
 

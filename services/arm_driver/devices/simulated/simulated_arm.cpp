@@ -39,6 +39,7 @@ class SimulatedArm final : public ArmDevice {
 
   void stop(std::string_view /*reason*/) override { set_point_.reset(); }
   void deactivate() override { set_point_.reset(); }
+  [[nodiscard]] bool continues_after_restart() const override { return true; }
 
  private:
   struct SetPoint {
@@ -57,11 +58,16 @@ class SimulatedArm final : public ArmDevice {
   // Between set-points the arm moves on with the velocity of the last one as long as that is valid.
   void advance(Clock::time_point to) {
     const double dt = std::chrono::duration<double>(to - *at_).count();
+    const auto before = joints_;
     if (set_point_ && to <= set_point_->valid_until) {
       const double beyond = std::chrono::duration<double>(to - set_point_->due).count();
       joints_.follow({set_point_->target.q + set_point_->target.qd * beyond, set_point_->target.qd}, dt);
     } else {
       joints_.brake(dt);
+    }
+    if (!joints_.state().q.allFinite() || !joints_.state().qd.allFinite()) {
+      joints_ = before;
+      set_point_.reset();
     }
     at_ = to;
   }

@@ -42,13 +42,14 @@ class HECATON_API Error : public std::runtime_error {
 /// No cell answers, or the supervisor, world service, planner or driver that is needed does not answer.
 class HECATON_API Unreachable : public Error {
  public:
+  /// Why nothing answers, and what helps.
   struct Reason {
     std::string why;         ///< "no cell answers in DDS domain 42"
     std::string what_to_do;  ///< "start one with 'hecaton up CELL'"; empty: no advice
     std::string looked_for;  ///< "the nodes supervisor and supervisor@beta"
   };
-  explicit Unreachable(Reason reason);
-  [[nodiscard]] const Reason& reason() const { return reason_; }
+  explicit Unreachable(Reason reason);                            ///< what() is `why` and `what_to_do`
+  [[nodiscard]] const Reason& reason() const { return reason_; }  ///< the parts of what()
 
  private:
   Reason reason_;
@@ -57,8 +58,8 @@ class HECATON_API Unreachable : public Error {
 /// The supervisor rejects an order, or the world service rejects an edit. Nothing has changed.
 class HECATON_API Rejected : public Error {
  public:
-  explicit Rejected(Cause cause);
-  [[nodiscard]] const Cause& cause() const { return cause_; }
+  explicit Rejected(Cause cause);                              ///< what() is the text of `cause`
+  [[nodiscard]] const Cause& cause() const { return cause_; }  ///< for programs
 
  private:
   Cause cause_;
@@ -85,6 +86,7 @@ class HECATON_API InvalidArgument : public Error {
 /// Time limit and stop token of a call that waits. Converts from any duration: `goal.wait(20s)`.
 class Wait {
  public:
+  /// Waits for at most `time_limit`, or until `stop_token` requests a stop.
   template <class Rep, class Period>
   Wait(std::chrono::duration<Rep, Period> time_limit, std::stop_token stop_token = {})
       : limit(time_limit), stop(std::move(stop_token)) {}
@@ -103,7 +105,7 @@ class HECATON_API Goal {
  public:
   /// Identifier of the goal, unique among the goals of the arm.
   [[nodiscard]] const std::string& id() const;
-  [[nodiscard]] const std::string& arm() const;
+  [[nodiscard]] const std::string& arm() const;  ///< name of the arm
   /// The newest progress; empty until a planner has answered. Does not wait.
   [[nodiscard]] std::optional<Progress> progress() const;
   /// Calls `callback` with the newest progress, if there is any, and then with each later one. Replaces the earlier
@@ -124,6 +126,7 @@ class HECATON_API Goal {
   std::shared_ptr<client::GoalRecord> record_;
 };
 
+/// What a goal allows.
 struct GoalOptions {
   Seconds time_limit = kForever;  ///< the planner ends the goal (kTimedOut) after this time since its acceptance
   // For a pose of the tool; not used by other goals.
@@ -135,20 +138,21 @@ struct GoalOptions {
 /// A handle to one arm.
 class HECATON_API Arm {
  public:
-  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& name() const { return name_; }  ///< in the cell file
 
   /// Sends a goal: a named pose of the cell file, joint positions from base to tip [rad | m], or a pose of the tool
   /// frame in W. It replaces the present goal of the arm, also that of another client. Does not wait. The planner
   /// checks the goal: an invalid goal has the outcome kRejected. kReached means that the measured arm is at the goal.
   /// A pose is position and orientation for every arm, unless `options` leave a rotation free. An arm that cannot take
   /// the orientation rejects the goal with the nearest one (Progress::nearest). Throws Unreachable when the message
-  /// cannot be sent, and InvalidArgument for more joint positions than any arm may have.
+  /// cannot be sent, and InvalidArgument for too many joint positions and numbers that are not finite.
   Goal go_to(const std::string& named, const GoalOptions& options = {}) const;
-  Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;
+  Goal go_to(const std::vector<double>& q, const GoalOptions& options = {}) const;  ///< joint positions
+  /// Joint positions, as a list: `go_to({0, -1.2, 1.8})`.
   Goal go_to(std::initializer_list<double> q, const GoalOptions& options = {}) const {
     return go_to(std::vector<double>(q), options);
   }
-  Goal go_to(const Pose& tool, const GoalOptions& options = {}) const;
+  Goal go_to(const Pose& tool, const GoalOptions& options = {}) const;  ///< pose of the tool frame
 
   /// The last measured state, with its age. The first call waits until a state has arrived. Throws Unreachable when no
   /// driver of the arm publishes states, and Interrupted.
@@ -159,8 +163,8 @@ class HECATON_API Arm {
 
   /// Orders for this arm, as in Cell.
   void hold(const Wait& wait = kAnswerLimit) const;
-  void resume(const Wait& wait = kAnswerLimit) const;
-  void stop(const Wait& wait = kAnswerLimit) const;
+  void resume(const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop of this arm
+  void stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume
 
  private:
   friend class Cell;
@@ -180,7 +184,8 @@ struct Receipt {
 /// Unreachable, NoAnswer and Interrupted.
 class HECATON_API World {
  public:
-  /// Adds an obstacle. `name` must be unique. `pose`: of the obstacle's frame in W.
+  /// Adds an obstacle. `name` must be unique. `pose`: of the obstacle's frame in W. Throws InvalidArgument for a convex
+  /// hull without volume.
   Receipt add(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion = Static{},
               const Wait& wait = kAnswerLimit) const;
   /// Moves an obstacle to `pose` in W and ends its scripted motion.
@@ -223,7 +228,7 @@ class HECATON_API Cell {
 
   /// Does not check the name: a goal of an unknown arm stays unanswered, an order is rejected, a state is unreachable.
   [[nodiscard]] Arm arm(const std::string& name) const;
-  [[nodiscard]] World world() const;
+  [[nodiscard]] World world() const;  ///< handle to the obstacles
 
   /// Requests the status from the supervisor. Throws Unreachable, Interrupted, and InvalidArgument when several cells
   /// answer.
@@ -234,12 +239,12 @@ class HECATON_API Cell {
   /// order out. All throw Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when
   /// several cells answer.
   Receipt hold(const Wait& wait = kAnswerLimit) const;
-  Receipt resume(const Wait& wait = kAnswerLimit) const;
-  Receipt stop(const Wait& wait = kAnswerLimit) const;
+  Receipt resume(const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop
+  Receipt stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume
   /// The same orders for some arms; an empty list: the whole cell.
   Receipt hold(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
-  Receipt resume(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
-  Receipt stop(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
+  Receipt resume(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop
+  Receipt stop(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;    ///< as hold, latched
 
   /// Faults that this connection has received. The first call subscribes to faults; status() updates them. Does not
   /// wait.

@@ -16,23 +16,25 @@
 
 namespace hecaton {
 
+/// A duration, or an age [s].
 using Seconds = std::chrono::duration<double>;
 
 /// The reason of a state, a fault or a rejection. Programs evaluate `kind` and `subject`; `text` is for people and may
 /// change with any version.
 struct Cause {
-  CauseKind kind = CauseKind::kNone;
-  std::string subject;  ///< name of a node, host, arm, obstacle, joint or link; empty: none
-  std::string text;     ///< one sentence; empty for kNone
+  CauseKind kind = CauseKind::kNone;  ///< for programs
+  std::string subject;                ///< name of a node, host, arm, obstacle, joint or link; empty: none
+  std::string text;                   ///< one sentence; empty for kNone
 
   /// There is a reason.
   explicit operator bool() const { return kind != CauseKind::kNone; }
 };
 
+/// Three numbers; the place of use says what they are.
 struct Vector3 {
-  double x = 0.0;
-  double y = 0.0;
-  double z = 0.0;
+  double x = 0.0;  ///< along x
+  double y = 0.0;  ///< along y
+  double z = 0.0;  ///< along z
 };
 
 /// Pose of a frame in W unless stated otherwise.
@@ -46,22 +48,37 @@ struct HECATON_API Pose {
   [[nodiscard]] static Pose xyz_rpy(double x, double y, double z, double roll, double pitch, double yaw);
 };
 
-// Shapes, centred at the origin of the obstacle's frame; axes of rotation along z.
+// Shapes, centred at the origin of the obstacle's frame unless they are a hull; axes of rotation along z.
+/// A cuboid.
 struct Box {
-  double x, y, z;  ///< full sizes [m]
+  double x;  ///< full size along x [m]
+  double y;  ///< full size along y [m]
+  double z;  ///< full size along z [m]
 };
+/// A ball.
 struct Sphere {
   double radius;  ///< [m]
 };
+/// A cylinder about z.
 struct Cylinder {
-  double radius, height;  ///< [m]
+  double radius;  ///< [m]
+  double height;  ///< [m]
 };
+/// A cylinder about z with a half ball at each end.
 struct Capsule {
-  double radius, length;  ///< between the centres of the caps [m]
+  double radius;  ///< [m]
+  double length;  ///< between the centres of the caps [m]
 };
-using Shape = std::variant<Box, Sphere, Cylinder, Capsule>;
+/// The convex hull of points, such as the vertices of a mesh. A hull of more than 64 vertices becomes a polyhedron of
+/// 64 that encloses it. An edit with points in one plane, or without a volume, throws InvalidArgument.
+struct ConvexHull {
+  std::vector<Vector3> points;  ///< in the obstacle's frame [m]
+};
+/// Shape of an obstacle.
+using Shape = std::variant<Box, Sphere, Cylinder, Capsule, ConvexHull>;
 
 // Motions of obstacles. They begin at the pose at which the obstacle is added.
+/// Stays where it is.
 struct Static {};
 /// Along a straight line; repeats from the beginning after `length`.
 struct Conveyor {
@@ -71,7 +88,7 @@ struct Conveyor {
 /// Sinusoidal motion along a line.
 struct Sine {
   Vector3 amplitude;  ///< in W [m]
-  Seconds period;
+  Seconds period;     ///< of one oscillation
 };
 /// On a circle about an axis along z of W.
 struct Circle {
@@ -82,11 +99,12 @@ struct Circle {
 struct Dynamic {
   double mass;  ///< [kg]
 };
+/// Motion of an obstacle.
 using Motion = std::variant<Static, Conveyor, Sine, Circle, Dynamic>;
 
 /// The state of an obstacle as the world service publishes it.
 struct ObstacleState {
-  std::string name;
+  std::string name;                        ///< unique in the cell
   Pose pose;                               ///< in W
   Vector3 velocity;                        ///< of the frame's origin, in W [m/s]
   std::optional<std::string> attached_to;  ///< arm that carries it
@@ -95,12 +113,12 @@ struct ObstacleState {
 
 /// The state of an arm as its driver measured it.
 struct ArmState {
-  ArmMode mode = ArmMode::kStarting;
-  Cause cause;                       ///< why it brakes or does not follow commands
-  std::vector<double> q;             ///< joint positions, base to tip [rad | m]
-  std::vector<double> qd;            ///< joint velocities [rad/s | m/s]
-  std::vector<std::string> carried;  ///< names of the objects attached to the tool
-  Seconds age{};                     ///< since the state was received; in a CellStatus: by the supervisor
+  ArmMode mode = ArmMode::kStarting;  ///< of its driver
+  Cause cause;                        ///< why it brakes or does not follow commands
+  std::vector<double> q;              ///< joint positions, base to tip [rad | m]
+  std::vector<double> qd;             ///< joint velocities [rad/s | m/s]
+  std::vector<std::string> carried;   ///< names of the objects attached to the tool
+  Seconds age{};                      ///< since the state was received; in a CellStatus: by the supervisor
 };
 
 /// The pair of bodies whose distance limits the motion.
@@ -124,20 +142,20 @@ struct NearestPose {
 
 /// Progress of a goal, as the planner of the arm reports it.
 struct Progress {
-  std::string arm;
-  std::string goal;  ///< identifier, unique among the goals of the arm
-  GoalState state = GoalState::kAccepted;
-  Cause cause;                          ///< why it is blocked, or why it ended unreached
-  std::optional<Binding> binding;       ///< limits the motion now; empty: no pair
-  std::string recovery_action;          ///< of the planner while the arm is blocked, for people
-  Seconds blocked_duration{};           ///< since the arm last moved freely; 0: it moves freely
-  double distance = 0.0;                ///< ‖q_goal − q‖ [rad | m]
-  Seconds elapsed{};                    ///< since the planner accepted it
-  std::vector<double> q_goal;           ///< target configuration, once it is known [rad | m]
-  std::string planner;                  ///< node that reports the progress
-  std::string note;                     ///< what the planner changed in the goal, for people; empty: nothing
-  std::optional<ToolError> tool_error;  ///< measured; empty: no pose goal, or not measured yet
-  std::optional<NearestPose> nearest;   ///< with CauseKind::kGoalOrientation
+  std::string arm;                         ///< name in the cell file
+  std::string goal;                        ///< identifier, unique among the goals of the arm
+  GoalState state = GoalState::kAccepted;  ///< of the goal
+  Cause cause;                             ///< why it is blocked, or why it ended unreached
+  std::optional<Binding> binding;          ///< limits the motion now; empty: no pair
+  std::string recovery_action;             ///< of the planner while the arm is blocked, for people
+  Seconds blocked_duration{};              ///< since the arm last moved freely; 0: it moves freely
+  double distance = 0.0;                   ///< ‖q_goal − q‖ [rad | m]
+  Seconds elapsed{};                       ///< since the planner accepted it
+  std::vector<double> q_goal;              ///< target configuration, once it is known [rad | m]
+  std::string planner;                     ///< node that reports the progress
+  std::string note;                        ///< what the planner changed in the goal, for people; empty: nothing
+  std::optional<ToolError> tool_error;     ///< measured; empty: no pose goal, or not measured yet
+  std::optional<NearestPose> nearest;      ///< with CauseKind::kGoalOrientation
 };
 
 /// The state is the last one of a goal.
@@ -145,8 +163,9 @@ struct Progress {
   return state != GoalState::kAccepted && state != GoalState::kActive && state != GoalState::kBlocked;
 }
 
+/// How a goal stands at the end of a wait.
 enum class OutcomeKind {
-  kReached,
+  kReached,      ///< the measured arm is at the goal
   kRejected,     ///< the planner rejected the goal
   kCancelled,    ///< a client cancelled it
   kReplaced,     ///< a later goal of the same arm replaced it
@@ -159,8 +178,8 @@ enum class OutcomeKind {
 
 /// The outcome of a goal at the end of a wait. Only the first five kinds are final.
 struct HECATON_API Outcome {
-  OutcomeKind kind = OutcomeKind::kUnanswered;
-  std::optional<Progress> progress;  ///< the newest; empty: no planner has answered
+  OutcomeKind kind = OutcomeKind::kUnanswered;  ///< for programs
+  std::optional<Progress> progress;             ///< the newest; empty: no planner has answered
 
   /// The goal was reached.
   explicit operator bool() const { return kind == OutcomeKind::kReached; }
@@ -172,51 +191,51 @@ struct HECATON_API Outcome {
 
 /// A fault that the supervisor has detected.
 struct Fault {
-  std::string id;  ///< unique for each occurrence
-  Severity severity = Severity::kError;
-  Cause cause;
-  bool cleared = false;
+  std::string id;                        ///< unique for each occurrence
+  Severity severity = Severity::kError;  ///< of the fault
+  Cause cause;                           ///< kind, faulty component, and a sentence
+  bool cleared = false;                  ///< the cause has ended
 };
 
 /// Contacts and separations that the world service has measured since the cell was started.
 struct ContactReport {
-  std::uint64_t contacts = 0;
+  std::uint64_t contacts = 0;       ///< number of contacts that began
   std::optional<Binding> smallest;  ///< the smallest separation; nothing: no pair was checked
 };
 
 /// The status of an arm as its supervisor reports it.
 struct ArmStatus {
-  std::string name;
+  std::string name;                ///< in the cell file
   CellMode mode = CellMode::kRun;  ///< the stricter of the modes of the cell and of the arm
-  bool driver_alive = false;
-  bool planner_alive = false;
-  std::optional<ArmState> state;  ///< empty: the supervisor has received none
-  std::optional<Progress> goal;   ///< the newest; empty: none
-  Cause waiting_for;              ///< why the arm waits; kNone while it moves
+  bool driver_alive = false;       ///< heartbeats of its driver arrive
+  bool planner_alive = false;      ///< heartbeats of the planner in charge arrive
+  std::optional<ArmState> state;   ///< empty: the supervisor has received none
+  std::optional<Progress> goal;    ///< the newest; empty: none
+  Cause waiting_for;               ///< why the arm waits; kNone while it moves
 };
 
 /// The status of a process of the cell.
 struct NodeStatus {
-  std::string name;
-  NodeKind kind = NodeKind::kOther;
-  NodeState state = NodeState::kStarting;
-  std::string host;
-  bool alive = false;
-  Cause cause;    ///< why it is degraded or has failed
+  std::string name;                        ///< unique in the cell
+  NodeKind kind = NodeKind::kOther;        ///< what it does
+  NodeState state = NodeState::kStarting;  ///< as its heartbeats say
+  std::string host;                        ///< on which it runs
+  bool alive = false;                      ///< its heartbeats arrive
+  Cause cause;                             ///< why it is degraded or has failed
   Seconds age{};  ///< since the supervisor received its last heartbeat; negative: none received
 };
 
 /// The status of a cell as its supervisor reports it.
 struct CellStatus {
-  std::string cell;
-  CellMode mode = CellMode::kRun;
-  Cause cause;  ///< why the mode is not kRun
-  std::vector<std::string> held_arms;
-  std::vector<std::string> stopped_arms;
-  std::string supervisor;              ///< node that leads
-  std::optional<std::string> standby;  ///< node that is ready to take over; empty: none
-  std::vector<ArmStatus> arms;
-  std::vector<NodeStatus> nodes;
+  std::string cell;                       ///< name in the cell file
+  CellMode mode = CellMode::kRun;         ///< of the cell
+  Cause cause;                            ///< why the mode is not kRun
+  std::vector<std::string> held_arms;     ///< by name or by a fault
+  std::vector<std::string> stopped_arms;  ///< by name
+  std::string supervisor;                 ///< node that leads
+  std::optional<std::string> standby;     ///< node that is ready to take over; empty: none
+  std::vector<ArmStatus> arms;            ///< all arms of the cell
+  std::vector<NodeStatus> nodes;          ///< all processes of the cell
   std::vector<Fault> faults;              ///< present faults, then the latest cleared ones
   std::optional<ContactReport> contacts;  ///< empty: the supervisor has received none
 };

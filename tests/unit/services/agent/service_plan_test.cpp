@@ -61,6 +61,16 @@ TEST(ServicePlan, PlansStandbysOnTheirOwnHosts) {
   EXPECT_EQ(services[2].arguments, (Names{"cell.yaml", "--arm", "a", "--host", "pc2"}));
 }
 
+TEST(ServicePlan, PlansTheRos2ServiceOnItsHost) {
+  config::CellFile file = cell_on_two_hosts();
+  file.ros2 = config::Ros2{};
+  file.ros2->host = "pc1";
+  const auto services = plan_services(file, "pc1");
+  EXPECT_EQ(names(services), (Names{"supervisor", "driver-a", "planner-a", "ros2"}));
+  EXPECT_EQ(services.back().program, "hecaton-ros2");
+  EXPECT_EQ(services.back().arguments, (Names{"cell.yaml", "--host", "pc1"}));
+}
+
 TEST(ServicePlan, RejectsAnUnknownHostWithTheAllowedNames) {
   const auto refusal = [](const auto& ask) -> std::string {
     try {

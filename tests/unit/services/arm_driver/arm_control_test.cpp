@@ -42,6 +42,7 @@ class FaultyArm final : public device::ArmDevice {
   device::DeviceResult activate() override {
     active = true;
     first_write = true;
+    if (starts_slowly) mode = DeviceMode::kStarting;
     return arm_->activate();
   }
   device::DeviceState read(Clock::time_point now) override {
@@ -50,6 +51,7 @@ class FaultyArm final : public device::ArmDevice {
     state.text = text;
     state.age = age;
     if (measures_nan) state.measured.qd[0] = NAN;
+    if (sticks) state.measured = measured.measured;
     return measured = state;
   }
   device::DeviceResult write(const planner::JointState& set_point, std::chrono::nanoseconds valid_for) override {
@@ -68,11 +70,16 @@ class FaultyArm final : public device::ArmDevice {
     arm_->deactivate();
   }
 
+  [[nodiscard]] double tracking_delay() const override { return delay; }
+
   device::DeviceResult configure_fails, write_fails;
   DeviceMode mode = DeviceMode::kReady;
   std::string text;
   std::chrono::nanoseconds age{0};
   bool measures_nan = false;
+  bool starts_slowly = false;
+  bool sticks = false;  ///< reports the same position for ever
+  double delay = 0.0;   ///< [s]
   bool active = false;
   bool first_write = false;
   double first_set_point = NAN;
@@ -91,7 +98,7 @@ class ArmControlTest : public testing::Test {
   void period(std::chrono::nanoseconds late = 0ns) {
     now_ += kPeriod + late;
     control_.read(now_);
-    control_.set_hold(may_run_ ? std::nullopt : std::optional(cause_));
+    control_.set_hold(may_run_ ? std::nullopt : std::optional(cause_), for_device_);
     if (command_) last_ = control_.command(*command_);
     command_.reset();
     control_.write();
@@ -120,14 +127,27 @@ class ArmControlTest : public testing::Test {
     for (int k = 0; k < 100; ++k) plan();
     ASSERT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
   }
+  /// The supervisor holds the arm for the fault of its device, and a person resumes it.
+  void resume() {
+    may_run_ = false;
+    for_device_ = true;
+    cause_ = make_cause(CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "a fault of the device");
+    period();
+    EXPECT_FALSE(device_.active);
+    may_run_ = true;
+    for_device_ = false;
+    period();
+    period();
+  }
   [[nodiscard]] double q() const { return control_.measured().q[0]; }
   [[nodiscard]] CauseKind kind() const { return control_.cause().kind(); }
   [[nodiscard]] std::string text() const { return control_.cause().text(); }
 
   FaultyArm device_{{"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}}};
-  ArmControl control_{{"arm1", limits(), kTimeout, kPeriod, 12ms}, device_};
+  ArmControl control_{{"arm1", limits(), kTimeout, kPeriod, 12ms, {}}, device_};
   device::Clock::time_point now_{std::chrono::hours(1)};
   bool may_run_ = false;
+  bool for_device_ = false;
   msg::Cause cause_ = make_cause(CauseKind::CAUSE_MODE_UNKNOWN, "arm1", "no cell mode received yet");
   std::optional<msg::ArmCommand> command_;
   Judgement last_;
@@ -246,6 +266,9 @@ TEST_F(ArmControlTest, StartsARecoveredDeviceAtTheMeasuredPosition) {
   wait(0.2);
   EXPECT_EQ(device_.configured, 2);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
+  EXPECT_FALSE(device_.active) << "held until a person resumes";
+  EXPECT_EQ(kind(), CauseKind::CAUSE_DEVICE_FAILED);
+  resume();
   EXPECT_EQ(device_.first_set_point, q());
   q_ = q();
   plan();
@@ -293,6 +316,9 @@ TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
   device_.text = "protective stop: release it at the pendant";
   for (const auto& [mode, expected] : {std::pair(DeviceMode::kProtectiveStop, CauseKind::CAUSE_PROTECTIVE_STOP),
                                        std::pair(DeviceMode::kEmergencyStop, CauseKind::CAUSE_EMERGENCY_STOP),
+                                       std::pair(DeviceMode::kSafeguardStop, CauseKind::CAUSE_SAFEGUARD_STOP),
+                                       std::pair(DeviceMode::kProgramStopped, CauseKind::CAUSE_PROGRAM_STOPPED),
+                                       std::pair(DeviceMode::kRemoteControlOff, CauseKind::CAUSE_REMOTE_CONTROL_OFF),
                                        std::pair(DeviceMode::kNotReady, CauseKind::CAUSE_DEVICE_NOT_READY)}) {
     device_.mode = mode;
     wait(0.1);
@@ -301,10 +327,68 @@ TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
     EXPECT_FALSE(device_.active);
   }
   device_.mode = DeviceMode::kReady;
-  period();
+  wait(0.1);
+  EXPECT_FALSE(device_.active);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_PROTECTIVE_STOP) << "the stop that ended the motion";
+  resume();
   EXPECT_TRUE(device_.active);
   EXPECT_EQ(device_.first_set_point, q());
   EXPECT_EQ(device_.configured, 1);
+}
+
+TEST_F(ArmControlTest, WaitsForADeviceThatStarts) {
+  device_.mode = DeviceMode::kStarting;
+  device_.text = "connects";
+  may_run_ = true;
+  wait(0.1);
+  EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_STARTING, "arm1", "connects"));
+  device_.starts_slowly = true;
+  device_.mode = DeviceMode::kReady;
+  period();
+  EXPECT_TRUE(device_.active);
+  wait(0.1);
+  EXPECT_TRUE(std::isnan(device_.first_set_point)) << "no set-point before it is ready";
+  device_.mode = DeviceMode::kReady;
+  period();
+  EXPECT_EQ(device_.first_set_point, q());
+}
+
+TEST_F(ArmControlTest, IsHeldFromTheStartUntilAPersonResumes) {
+  FaultyArm arm({"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}});
+  const msg::Cause restarted = make_cause(CauseKind::CAUSE_PROGRAM_STOPPED, "arm1", "its driver was restarted");
+  ArmControl control({"arm1", limits(), kTimeout, kPeriod, 12ms, restarted}, arm);
+  const auto step = [&](bool held) {
+    control.set_hold(held ? std::optional(restarted) : std::nullopt, held);
+    control.read(now_ += kPeriod);
+  };
+  step(false);
+  step(false);
+  EXPECT_FALSE(arm.active);
+  EXPECT_EQ(control.cause(), restarted);
+  step(true);
+  EXPECT_FALSE(arm.active);
+  step(false);
+  EXPECT_TRUE(arm.active);
+}
+
+TEST_F(ArmControlTest, DoesNotJumpBackByTheLagOfTheDevice) {
+  device_.delay = 0.03;
+  run();
+  const double before = device_.written.q[0];
+  q_ -= 0.03;  // the planner begins again at the measured position
+  send();
+  period();
+  EXPECT_NEAR(device_.written.q[0], before, 1.5 * 0.002 + 1e-9) << "1.5 times the velocity limit";
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+}
+
+TEST_F(ArmControlTest, BrakesWhenALaggingDeviceStaysBehind) {
+  device_.delay = 0.03;
+  run();
+  device_.sticks = true;
+  for (int k = 0; k < 40; ++k) plan();
+  EXPECT_NE(control_.mode(), ArmMode::ARM_RUNNING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_COMMAND_TOO_FAR);
 }
 
 TEST_F(ArmControlTest, BeginsTheStopAtTheMeasuredPositionAfterAStall) {
@@ -336,7 +420,8 @@ TEST_F(ArmControlTest, StopsTheDeviceAtItsEnd) {
   device::DeviceSetup setup{"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}};
   FaultyArm arm(setup);
   {
-    ArmControl control({"arm1", limits(), kTimeout, kPeriod, 12ms}, arm);
+    ArmControl control({"arm1", limits(), kTimeout, kPeriod, 12ms, {}}, arm);
+    control.set_hold({});
     control.read(now_);
     ASSERT_TRUE(arm.active);
   }

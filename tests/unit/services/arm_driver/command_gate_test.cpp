@@ -64,6 +64,55 @@ TEST(CommandGate, GivesATermToOnePlanner) {
   EXPECT_EQ(gate.lease(), (ArmLease{"planner/arm1@beta", 4}));
 }
 
+CommandOrigin from(std::uint8_t participant, std::chrono::milliseconds at) {
+  CommandOrigin origin;
+  origin.writer.bytes[0] = participant;
+  origin.at = bus::Clock::time_point(at);
+  return origin;
+}
+
+TEST(CommandGate, FollowsOneParticipantUnderATerm) {
+  using namespace std::chrono_literals;
+  CommandGate gate(2, {0.05, 50ms});
+  ASSERT_EQ(gate.judge(command(1, 1), from(1, 0ms)).verdict, Verdict::kAccepted);
+  const Judgement second = gate.judge(command(1, 2), from(2, 10ms));
+  EXPECT_EQ(second.verdict, Verdict::kSecondWriter);
+  EXPECT_EQ(second.cause.text(), "two participants command the arm as planner/arm1 under term 1");
+  EXPECT_EQ(gate.judge(command(1, 2), from(1, 20ms)).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(1, 3), from(2, 71ms)).verdict, Verdict::kAccepted) << "the planner was restarted";
+  EXPECT_EQ(gate.judge(command(1, 4), from(1, 80ms)).verdict, Verdict::kSecondWriter);
+  EXPECT_EQ(gate.judge(command(2, 1), from(3, 81ms)).verdict, Verdict::kAccepted) << "a new lease";
+  EXPECT_EQ(gate.stale_rejected(), 0U);
+}
+
+TEST(CommandGate, RefusesTermsThatWereNotGranted) {
+  CommandGate gate(2);
+  gate.set_granted(3);
+  EXPECT_EQ(gate.judge(command(4, 1)).verdict, Verdict::kNotGranted);
+  EXPECT_EQ(gate.lease().term, 0U) << "it proves nothing";
+  EXPECT_EQ(gate.judge(command(3, 1)).verdict, Verdict::kAccepted);
+  gate.set_granted(std::nullopt);
+  EXPECT_EQ(gate.judge(command(4, 1)).verdict, Verdict::kAccepted) << "the supervisor is not heard";
+}
+
+TEST(CommandGate, RefusesLeapsOfTheSequence) {
+  CommandGate gate(2);
+  EXPECT_EQ(gate.judge(command(1, CommandGate::kLargestNumber + 1)).verdict, Verdict::kUnusable);
+  ASSERT_EQ(gate.judge(command(1, 5)).verdict, Verdict::kAccepted);
+  EXPECT_EQ(gate.judge(command(1, 6 + CommandGate::kLeap)).verdict, Verdict::kUnusable);
+  EXPECT_EQ(gate.judge(command(1, 6)).verdict, Verdict::kAccepted);
+}
+
+TEST(CommandGate, RefusesAPeriodBeyondTheCommandTimeout) {
+  CommandGate gate(2, {.longest_period = 0.05});
+  for (const double period : {0.0501, 1e300, 1.7e308}) {
+    msg::ArmCommand message = command(1, 1);
+    message.period(period);
+    EXPECT_EQ(gate.judge(message).verdict, Verdict::kUnusable) << period;
+  }
+  EXPECT_EQ(gate.judge(command(1, 1)).verdict, Verdict::kAccepted);
+}
+
 TEST(CommandGate, IgnoresUnusableCommands) {
   CommandGate gate(2);
   ASSERT_EQ(gate.judge(command(1, 1, {0.5, 0.6})).verdict, Verdict::kAccepted);

@@ -38,13 +38,38 @@ TEST(DeviceChoice, IsASimulatedArmByDefault) {
 }
 
 TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
-  EXPECT_EQ(refusal("    device: {type: telepathic}\n"), "arms[0].device.type = telepathic must be simulated");
+  EXPECT_EQ(refusal("    device: {type: telepathic}\n"),
+            "arms[0].device.type = telepathic must be simulated, universal_robots or abb_egm");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
             "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
   EXPECT_EQ(refusal("    device: simulated\n"),
             "arms[0].device = simulated must be a map with the key type, such as {type: simulated}");
   EXPECT_EQ(refusal("    device: {port: /dev/ttyS0}\n"),
             "arms[0].device = {port: /dev/ttyS0} must be a map with the key type, such as {type: simulated}");
+}
+
+TEST(DeviceChoice, RefusesTwoDevicesOfOneHostOnOnePort) {
+  const std::string robot = "    device: {type: universal_robots, robot_ip: 192.168.0.10, reverse_port: 50002}\n";
+  EXPECT_EQ(refusal(robot), "nothing");
+  EXPECT_EQ(refusal(robot + "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
+                            "  - name: right\n"
+                            "    urdf: urdf/puma560.urdf\n"
+                            "    base: {xyz: [2, 0, 0]}\n"
+                            "    device: {type: universal_robots, robot_ip: 192.168.0.11}\n"),
+            "arms[1].device.reverse_port = 50002 must be a port of its own: the device of arm left on host localhost "
+            "listens on it");
+  const std::string egm = "    device: {type: abb_egm, port: 6511}\n";
+  EXPECT_EQ(refusal(egm), "nothing");
+  EXPECT_EQ(refusal(egm + "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
+                          "  - name: right\n"
+                          "    urdf: urdf/puma560.urdf\n"
+                          "    base: {xyz: [2, 0, 0]}\n"
+                          "    device: {type: abb_egm}\n"),
+            "arms[1].device.port = 6511 must be a port of its own: the device of arm left on host localhost listens on "
+            "it")
+      << "6510 and the place of the arm";
+  EXPECT_EQ(refusal("    device: {type: universal_robots}\n"),
+            "arms[0].device.robot_ip is missing; it must be the IPv4 address of the robot");
 }
 
 TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {

@@ -52,5 +52,13 @@ TEST(CommandRecord, ReportsForgottenCommandersAgain) {
   EXPECT_EQ(record.refused(commander("a", 1, 1), 0), 1U);
 }
 
+TEST(UngrantedCommands, AreToldOnceThereAreMany) {
+  UngrantedCommands commands;
+  bus::Clock::time_point now{};
+  for (int i = 1; i < UngrantedCommands::kMany; ++i) EXPECT_FALSE(commands.note(now += std::chrono::milliseconds(10)));
+  EXPECT_TRUE(commands.note(now += std::chrono::milliseconds(10)));
+  EXPECT_FALSE(commands.note(now + std::chrono::seconds(2))) << "a later failover";
+}
+
 }  // namespace
 }  // namespace hecaton::services

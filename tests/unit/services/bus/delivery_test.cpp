@@ -133,7 +133,8 @@ TEST_F(Delivery, RetiresGoalsBeyondTheRetainedOnes) {
   Writer<msg::Goal> writer(here_);
   Reader<msg::Goal> reader(there_);
   expect_matched(writer, reader);
-  constexpr int kGoals = 6000;  // more than the topic has room for
+  constexpr int kGoals = 6000;    // more than the topic has room for
+  constexpr int kASecond = 2000;  // readers admit 5000 samples of a writer, and each goal is written and withdrawn
   const int retained = Topic<msg::Goal>::kInfo.qos.retained;
   std::uint64_t received = 0;
   std::uint64_t disposed = 0;
@@ -141,6 +142,7 @@ TEST_F(Delivery, RetiresGoalsBeyondTheRetainedOnes) {
     for (const auto& sample : reader.take()) ++(sample.disposed ? disposed : received);
   };
   for (int i = 0; i < kGoals; ++i) {
+    if (i > 0 && i % kASecond == 0) std::this_thread::sleep_for(1100ms);  // all before it are acknowledged
     msg::Goal goal;
     goal.arm("arm1");
     goal.goal(std::to_string(i));

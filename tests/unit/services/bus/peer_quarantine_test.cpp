@@ -19,8 +19,8 @@ struct Silence {
   Clock::time_point now = kBeginning;
 
   Silence() {
-    quarantine.found(kPeer, {kPeerAddress}, now);
-    quarantine.found(kOther, {kOtherAddress}, now);
+    quarantine.found(kPeer, {kPeerAddress}, 2s, now);
+    quarantine.found(kOther, {kOtherAddress}, 2s, now);
   }
   void last(Clock::duration duration) {
     for (const auto end = now + duration; now < end;) {
@@ -39,6 +39,15 @@ TEST(PeerQuarantine, AcceptsPeersThatSend) {
   EXPECT_TRUE(silence.quarantine.accepts({3}, silence.now)) << "an unknown peer";
   silence.last(1600ms);
   EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress));
+}
+
+TEST(PeerQuarantine, SparesASilentPeerWithALongerLease) {
+  Silence silence;
+  silence.quarantine.found(kPeer, {kPeerAddress}, 10s, silence.now);
+  silence.last(9s);
+  EXPECT_FALSE(silence.quarantine.any_quarantined());
+  silence.quarantine.dropped(kPeer, silence.now);
+  EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress)) << "Fast DDS has dropped it";
 }
 
 TEST(PeerQuarantine, LastsLongerThanTheLeaseAfterSilenceForMostOfIt) {
@@ -62,7 +71,7 @@ TEST(PeerQuarantine, WatchesAPeerThatIsFoundBeforeTheUpdateAfterItsQuarantine) {
   ASSERT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
   silence.now += 60ms;  // the quarantine is over
   ASSERT_TRUE(silence.quarantine.accepts(kPeer, silence.now));
-  silence.quarantine.found(kPeer, {kPeerAddress}, silence.now);
+  silence.quarantine.found(kPeer, {kPeerAddress}, 2s, silence.now);
   EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress)) << "it is answered at once";
   silence.last(1600ms);
   EXPECT_FALSE(silence.quarantine.any_quarantined());
@@ -72,7 +81,7 @@ TEST(PeerQuarantine, WatchesAPeerThatIsFoundBeforeTheUpdateAfterItsQuarantine) {
 
 TEST(PeerQuarantine, IgnoresSilenceWhileThisProcessDidNotReceive) {
   PeerQuarantine quarantine{2s};
-  quarantine.found(kPeer, {kPeerAddress}, kBeginning);
+  quarantine.found(kPeer, {kPeerAddress}, 2s, kBeginning);
   quarantine.update(kBeginning + 3s, kBeginning + 3s);
   EXPECT_FALSE(quarantine.any_quarantined());
   quarantine.update(kBeginning + 4700ms, kBeginning + 3s);
@@ -83,7 +92,7 @@ TEST(PeerQuarantine, EndsWhenASuccessorAppearsAtTheSameAddress) {
   Silence silence;
   silence.last(1650ms);
   ASSERT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
-  silence.quarantine.found({3}, {kPeerAddress}, silence.now);
+  silence.quarantine.found({3}, {kPeerAddress}, 2s, silence.now);
   EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress));
   EXPECT_FALSE(silence.quarantine.any_quarantined());
 }
@@ -91,7 +100,7 @@ TEST(PeerQuarantine, EndsWhenASuccessorAppearsAtTheSameAddress) {
 // This process did not receive for a while, so the peer's silence did not count; but Fast DDS has counted it.
 TEST(PeerQuarantine, BeginsWhenFastDdsDropsThePeer) {
   PeerQuarantine quarantine{2s};
-  quarantine.found(kPeer, {kPeerAddress}, kBeginning);
+  quarantine.found(kPeer, {kPeerAddress}, 2s, kBeginning);
   quarantine.update(kBeginning + 2s, kBeginning + 1s);
   ASSERT_FALSE(quarantine.any_quarantined());
   quarantine.dropped(kPeer, kBeginning + 2s);

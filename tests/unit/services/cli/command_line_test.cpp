@@ -1,5 +1,6 @@
 /// The command line without a network: usage errors, bad input, `check`, completion and man page.
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -152,6 +153,19 @@ TEST(CommandLine, CheckRefusesWhatSimulateRefuses) {
   }
 }
 
+// Each tool stays on a surface, because each arm has two joints.
+TEST(CommandLine, ChecksACellOfTwoArmsOfOneRobotWithoutTaskArea) {
+  const std::string urdf = std::string(HECATON_SOURCE_DIR) + "/tests/data/robots/two_arms.urdf";
+  const std::string path = testing::TempDir() + "two_arms_" + std::to_string(getpid()) + ".yaml";
+  std::ofstream(path) << "name: dual\ndefaults: {urdf: " << urdf << "}\narms:\n"
+                      << "  - {name: left, chain: [torso, left_tool]}\n"
+                      << "  - {name: right, chain: [torso, right_tool]}\n";
+  const Ran checked = run_line({"check", path});
+  EXPECT_EQ(checked.code, ExitCode::kDone) << checked.out;
+  EXPECT_EQ(checked.out.find("warning"), std::string::npos) << checked.out;
+  EXPECT_EQ(run_line({"simulate", path, "--tasks", "6"}).code, ExitCode::kDone);
+}
+
 TEST(CommandLine, RejectsAnUnknownNetworkInterface) {
   const CellBeside cell("network: {interface: nosuch0}\n");
   const std::string piece =
@@ -223,6 +237,13 @@ TEST(Check, DescribesACell) {
   const Ran table = run_line({"check", kCell});
   EXPECT_EQ(table.code, ExitCode::kDone) << table.err;
   EXPECT_NE(table.out.find("this cell can start"), std::string::npos);
+  EXPECT_NE(table.out.find("--details"), std::string::npos) << table.out;
+  EXPECT_EQ(table.out.find("collision shape"), std::string::npos) << "tables of shapes are details: " << table.out;
+  EXPECT_EQ(table.out.find("self-collision is not checked"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("\narm north: tool frame on link"), std::string::npos) << table.out;
+  const Ran details = run_line({"check", kCell, "--details"});
+  EXPECT_NE(details.out.find("collision shape"), std::string::npos) << details.out;
+  EXPECT_NE(details.out.find("self-collision is not checked"), std::string::npos) << details.out;
   const Ran json = run_line({"check", kCell, "-o", "json"});
   const auto cell = nlohmann::json::parse(json.out);
   EXPECT_EQ(cell["cell"], "three_puma");
@@ -261,7 +282,9 @@ TEST(Check, DescribesARobot) {
   EXPECT_EQ(robot["joints"].size(), 6U);
   // Seven links have one shape each (see the URDF): 7 · 6 / 2 pairs.
   EXPECT_EQ(robot["geometry"].size(), 7U);
-  EXPECT_NE(robot["warnings"].back().get<std::string>().find("velocity limit in 0.25 s"), std::string::npos);
+  EXPECT_TRUE(std::any_of(robot["findings"].begin(), robot["findings"].end(), [](const auto& finding) {
+    return finding["sentence"].template get<std::string>().find("velocity limit in 0.25 s") != std::string::npos;
+  })) << robot["findings"];
   EXPECT_EQ(robot["self_pairs"]["all"], 21);
   EXPECT_EQ(robot["self_pairs"]["checked"].get<int>() + robot["self_pairs"]["filtered"].get<int>(), 21);
 }

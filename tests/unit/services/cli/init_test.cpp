@@ -8,6 +8,7 @@
 
 #include "services/cli/cell_draft.hpp"
 #include "services/command_line/document.hpp"
+#include "services/command_line/terminal.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
@@ -33,7 +34,8 @@ TEST_F(InitTest, WritesACellThatChecksDrawsTasksAndSimulates) {
   const std::string cell = path("pair.yaml");
   const Ran init = run_line({"init", "-o", cell, "left=xarm6@-0.45 0 0", "right=xarm6@0.45 0 0 0 0 3.14"});
   ASSERT_EQ(init.code, ExitCode::kDone) << init.err;
-  EXPECT_NE(init.out.find("next: hecaton check " + cell), std::string::npos) << init.out;
+  EXPECT_NE(init.out.find("goals: random tool positions"), std::string::npos) << init.out;
+  EXPECT_TRUE(init.out.ends_with("next: hecaton check " + cell + "\n")) << init.out;
   EXPECT_TRUE(content("pair.yaml").starts_with("# A cell of Hecaton")) << content("pair.yaml");
   const Ran check = run_line({"check", cell});
   EXPECT_EQ(check.code, ExitCode::kDone) << check.err << check.out;
@@ -70,6 +72,50 @@ TEST_F(InitTest, FindsOtherPosesWhereHomesMeet) {
   EXPECT_EQ(run_line({"check", path("cell.yaml")}).code, ExitCode::kDone);
 }
 
+std::string puma() {
+  return std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf";
+}
+
+TEST_F(InitTest, DrawsRandomGoalsForUrdfsWithoutPoses) {
+  const std::string cell = path("pair.yaml");
+  const Ran ran =
+      run_line({"init", "-o", cell, "left=" + puma() + "@-0.6 0 0.8", "right=" + puma() + "@0.6 0 0.8 0 0 3.14"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const std::string text = content("pair.yaml");
+  EXPECT_NE(text.find("centre: ["), std::string::npos) << text;
+  EXPECT_EQ(text.find("-0,"), std::string::npos) << text;
+  EXPECT_EQ(text.find("-0]"), std::string::npos) << text;
+  EXPECT_NE(text.find("name: table   # its top is "), std::string::npos) << "bases at 0.8 m: " << text;
+  EXPECT_NE(text.find("ready: ["), std::string::npos) << text;
+  const Json report = Json::parse(run_line({"simulate", cell, "--tasks", "6", "-o", "json"}).out);
+  EXPECT_EQ(report["not_drawn"], 0);
+  EXPECT_EQ(report["contacts"], 0);
+}
+
+TEST_F(InitTest, WritesWhatTheUrdfLacks) {
+  std::ofstream(path("arm.urdf")) << R"(<robot name="arm"><link name="base"/><link name="a">
+      <collision><origin xyz="0 0 0.2"/><geometry><cylinder radius="0.05" length="0.4"/></geometry></collision></link>
+    <link name="b"/>
+    <joint name="j" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1" effort="1" velocity="0"/></joint>
+    <joint name="k" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0 0.4"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1" effort="1" velocity="2"/></joint></robot>)";
+  const Ran ran = run_line({"init", "-o", path("cell.yaml"), "left=" + path("arm.urdf")});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  EXPECT_NE(content("cell.yaml").find("allow_bare_links: true   # some moving link"), std::string::npos);
+  EXPECT_NE(content("cell.yaml").find("limits: {velocity: 1}"), std::string::npos);
+  EXPECT_EQ(run_line({"check", path("cell.yaml")}).code, ExitCode::kDone);
+}
+
+TEST_F(InitTest, RejectsARobotWithoutAnyGeometry) {
+  std::ofstream(path("arm.urdf")) << R"(<robot name="arm"><link name="base"/><link name="a"/>
+    <joint name="j" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/>
+      <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>)";
+  const Ran ran = run_line({"init", "-o", path("cell.yaml"), "left=" + path("arm.urdf")});
+  EXPECT_EQ(ran.code, ExitCode::kBadInput);
+  EXPECT_NE(ran.err.find("add <collision> elements"), std::string::npos) << ran.err;
+}
+
 TEST_F(InitTest, RejectsWhatIsNoArm) {
   struct Case {
     const char* word;
@@ -92,14 +138,18 @@ TEST_F(InitTest, RejectsTwoArmsOfOneName) {
 }
 
 TEST(AskForArms, AsksAgainAfterAnAnswerThatIsNoArm) {
-  std::istringstream in("left\nur5e\n-0.5 0 0\nright\npanda\n0.5 0\nright\npanda\n\n\n");
+  std::istringstream in("my arm\nleft\nur5\nur5e\n-0.5 0 0\nleft\nright\npanda\n0.5 0\n\n\n");
   std::ostringstream out;
   const std::vector<std::string> arms = ask_for_arms(in, out);
   ASSERT_EQ(arms.size(), 2U) << out.str();
+  EXPECT_EQ(parse_draft_arm(arms[0]).robot, "ur5e");
   EXPECT_EQ(parse_draft_arm(arms[0]).base[0], -0.5);
   EXPECT_EQ(parse_draft_arm(arms[1]).robot, "panda");
-  EXPECT_EQ(parse_draft_arm(arms[1]).base, std::vector<double>(6, 0.0));
-  EXPECT_NE(out.str().find("must be NAME=ROBOT@"), std::string::npos);
+  EXPECT_EQ(parse_draft_arm(arms[1]).base[0], 1.0) << "the proposal for a second arm";
+  for (const char* piece :
+       {"'my arm' must be a name", "did you mean 'ur5e'?", "another arm has the name left", "must be NAME=ROBOT@"}) {
+    EXPECT_NE(out.str().find(piece), std::string::npos) << piece << ": " << out.str();
+  }
 }
 
 TEST(AskForArms, FailsWhenTheInputEnds) {
@@ -123,6 +173,12 @@ TEST(Robots, ListsFiguresSourcesAndWhatIsApproximate) {
   const std::string table = run_line({"robots"}).out;
   EXPECT_NE(table.find("ABB YuMi"), std::string::npos) << table;
   EXPECT_NE(table.find("7 + 7"), std::string::npos) << table;
+  EXPECT_EQ(table.find("data sheet"), std::string::npos) << "sources are for one robot: " << table;
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(display_width(line), 120U) << line;
+  const std::string one = run_line({"robots", "yumi"}).out;
+  EXPECT_NE(one.find("source: "), std::string::npos) << one;
+  EXPECT_NE(one.find("approximate: "), std::string::npos) << one;
 }
 
 TEST(Robots, StandInForAUrdfInCommands) {

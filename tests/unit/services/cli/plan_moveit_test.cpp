@@ -53,8 +53,8 @@ void expect_refused(const Ran& ran, const std::string& says) {
 void expect_note(const Ran& ran, const std::string& says) {
   ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
   const Json plan = Json::parse(ran.out);
-  ASSERT_EQ(plan["notes"].size(), 1U) << ran.out;
-  EXPECT_NE(plan["notes"][0].get<std::string>().find(says), std::string::npos) << ran.out;
+  ASSERT_EQ(plan["findings"].size(), 1U) << ran.out;
+  EXPECT_NE(plan["findings"][0]["sentence"].get<std::string>().find(says), std::string::npos) << ran.out;
 }
 
 TEST_F(PlanMoveIt, RejectsAGroupThatTheSrdfDoesNotHave) {

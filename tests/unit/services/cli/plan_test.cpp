@@ -56,13 +56,13 @@ TEST(PlanCommand, PrintsATrajectoryWithinTheLimits) {
   const Json& samples = plan["trajectory"]["samples"];
   ASSERT_EQ(samples.size(), static_cast<std::size_t>(std::ceil(duration / 0.01)) + 1);
   EXPECT_EQ(samples.front()["q"], plan["path"].front());
-  EXPECT_EQ(samples.back()["t"], plan["duration_s"]);
+  EXPECT_EQ(samples.back()["time_s"], plan["duration_s"]);
   EXPECT_EQ(samples.back()["qd"], Json::parse("[0, 0, 0, 0, 0, 0]").get<std::vector<double>>());
   for (std::size_t i = 0; i + 1 < samples.size(); ++i) {
     for (int j = 0; j < 6; ++j) {
       const auto value = [&](std::size_t at, const char* key) { return samples[at][key][j].get<double>(); };
       // What positions do from sample to sample is what the velocities say, within what accelerations can add.
-      const double dt = samples[i + 1]["t"].get<double>() - samples[i]["t"].get<double>();
+      const double dt = samples[i + 1]["time_s"].get<double>() - samples[i]["time_s"].get<double>();
       ASSERT_NEAR(value(i + 1, "q") - value(i, "q"), 0.5 * dt * (value(i, "qd") + value(i + 1, "qd")), 2e-3);
     }
   }
@@ -226,8 +226,9 @@ goal_constraints:
   const Json plan = Json::parse(ran.out);
   EXPECT_EQ(plan["path"].size(), 2U) << "no obstacle is on the straight line";
   EXPECT_DOUBLE_EQ(plan["path"][1][5].get<double>(), 0.5);
-  ASSERT_EQ(plan["notes"].size(), 1U);
-  EXPECT_NE(ran.err.find("note: " + plan["notes"][0].get<std::string>()), std::string::npos) << ran.err;
+  ASSERT_EQ(plan["findings"].size(), 1U);
+  EXPECT_EQ(plan["findings"][0]["severity"], "note");
+  EXPECT_NE(ran.err.find("note: " + plan["findings"][0]["sentence"].get<std::string>()), std::string::npos) << ran.err;
   EXPECT_NE(ran.err.find("start_state: no planned joint is called gripper"), std::string::npos) << ran.err;
 }
 

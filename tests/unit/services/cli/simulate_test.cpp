@@ -58,12 +58,27 @@ TEST(Simulate, ReportsTheCostOfRollouts) {
   EXPECT_GT(report["rollouts"]["answers"].get<int>(), 0);
   // Nine rollouts of three arms, each of at least one tick.
   EXPECT_GE(report["rollouts"]["ticks"].get<int>(), 27 * report["rollouts"]["answers"].get<int>());
-  EXPECT_TRUE(report["rollouts"]["us"].is_null());
+  EXPECT_TRUE(report["rollouts"]["processor_us"].is_null());
   std::vector<std::string> timed = words;
   timed.emplace_back("--timing");
-  EXPECT_GT(Json::parse(run_line(timed).out)["rollouts"]["us"].get<double>(), 0.0);
+  EXPECT_GT(Json::parse(run_line(timed).out)["rollouts"]["processor_us"].get<double>(), 0.0);
   timed.emplace_back("--rollouts=0");
   EXPECT_EQ(Json::parse(run_line(timed).out)["rollouts"]["answers"], 0);
+}
+
+TEST(Simulate, GivesAReasonForEveryMissedTask) {
+  const Json report = Json::parse(run_line({"simulate", kDense, "--tasks", "7", "--seed", "1", "-o", "json", "--method",
+                                            "local", "--no-routes", "--rollouts", "0"})
+                                      .out);
+  const int missed = report["blocked"].get<int>() + report["timed_out"].get<int>();
+  ASSERT_GT(missed, 0) << "the local method has local minima";
+  ASSERT_EQ(report["missed"].size(), static_cast<std::size_t>(missed));
+  for (const Json& task : report["missed"]) {
+    EXPECT_FALSE(task["reason"].get<std::string>().empty()) << task;
+    EXPECT_EQ(task["goal"].size(), 6U);
+  }
+  EXPECT_TRUE(report["interrupted"].is_null());
+  EXPECT_EQ(report["tasks_asked"], 7);
 }
 
 TEST(Simulate, TakesLessTimeWithFasterJoints) {

@@ -225,6 +225,18 @@ TEST(GoalText, HasTheMeasuredErrorOfAReachedPose) {
   EXPECT_EQ(goal_text(goal), "reached") << "not measured";
 }
 
+TEST(GoalJson, HasAReasonWheneverTheGoalIsBlocked) {
+  msg::GoalStatus goal;
+  EXPECT_TRUE(to_json(goal)["reason"].is_null());
+  goal.state(msg::GoalState::GOAL_BLOCKED);
+  EXPECT_EQ(to_json(goal)["reason"], "its planner has reported no reason");
+  goal.has_binding(true);
+  goal.binding_own("a/hand");
+  goal.binding_other("crate");
+  goal.binding_distance(0.018);
+  EXPECT_EQ(to_json(goal)["reason"], "a/hand – crate, 18 mm");
+}
+
 TEST(GoalJson, HasTheNearestOrientation) {
   msg::GoalStatus goal;
   EXPECT_TRUE(to_json(goal)["nearest"].is_null());
@@ -232,7 +244,7 @@ TEST(GoalJson, HasTheNearestOrientation) {
   goal.nearest_angle(0.8);
   const Json nearest = to_json(goal)["nearest"];
   EXPECT_EQ(nearest["angle_rad"], 0.8);
-  EXPECT_EQ(nearest["pose"], Json::parse("[0, 0, 0, 0, 0, 0]").get<std::vector<double>>());
+  EXPECT_EQ(nearest["xyz_rpy"], Json::parse("[0, 0, 0, 0, 0, 0]").get<std::vector<double>>());
 }
 
 TEST(WaitingText, PrefersTheSupervisorsReason) {

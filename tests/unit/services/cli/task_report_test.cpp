@@ -13,6 +13,7 @@ namespace {
 Report example_report() {
   Report report;
   report.cell = "c";
+  report.asked = 3;
   report.tasks = 3;
   report.reached = 2;
   report.timed_out = 1;
@@ -68,12 +69,40 @@ TEST(Report, CountsTasksWithoutGoalsAsMissed) {
   Report report = example_report();
   report.reached = 3;
   report.timed_out = 0;
+  report.asked = 4;
   report.not_drawn = 1;
   EXPECT_FALSE(report.positive());
   EXPECT_EQ(to_json(report)["not_drawn"], 1);
   const std::string text = table_text(report, Palette(false));
   EXPECT_NE(text.find("75.0 %"), std::string::npos) << text;
   EXPECT_NE(text.find("1 tasks: no free goals were found"), std::string::npos) << text;
+}
+
+TEST(Report, GivesTheReasonOfEveryMissedTask) {
+  Report report = example_report();
+  report.missed = {{4, "b", "timed_out", {0.5, 1.0}, "no progress: b/hand – crate, 3 mm"}};
+  EXPECT_EQ(to_json(report)["missed"], Json::parse(R"([{"round": 4, "arm": "b", "outcome": "timed_out",
+      "goal": [0.5, 1.0], "reason": "no progress: b/hand – crate, 3 mm"}])"));
+  const std::string text = table_text(report, Palette(false));
+  EXPECT_NE(text.find("missed: round 4, b timed out: no progress: b/hand – crate, 3 mm\n"), std::string::npos) << text;
+  report.missed.resize(14, report.missed.front());
+  EXPECT_NE(table_text(report, Palette(false)).find("missed: 4 more"), std::string::npos);
+}
+
+TEST(Report, OfAnInterruptedRunSaysHowMuchIsDone) {
+  Report report = example_report();
+  report.asked = 100;
+  report.reached = 3;
+  report.timed_out = 0;
+  EXPECT_FALSE(report.positive()) << "97 tasks are missing";
+  EXPECT_TRUE(to_json(report)["interrupted"].is_null());
+  report.interrupted = Interrupted{15, 3, 100, "tasks"};
+  EXPECT_EQ(static_cast<int>(report.exit_code()), 143);
+  EXPECT_EQ(to_json(report)["interrupted"],
+            (Json{{"signal", "SIGTERM"}, {"done", 3}, {"asked", 100}, {"unit", "tasks"}}));
+  const std::string text = table_text(report, Palette(false));
+  EXPECT_NE(text.find("interrupted by SIGTERM: 3 of 100 tasks done"), std::string::npos) << text;
+  EXPECT_NE(text.find("100.0 % of the tasks so far"), std::string::npos) << text;
 }
 
 TEST(Report, NamesTheClosestPair) {

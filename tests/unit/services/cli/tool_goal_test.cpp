@@ -75,7 +75,7 @@ TEST_F(ToolGoalOptionsTest, PlanRejectsAnOrientationWithTheNearestOne) {
             "the tool of arm scara cannot be at (0.4, 0.2, -0.1) in that orientation: the nearest that it can take "
             "there is 45.8° away, roll pitch yaw 0.000 0.000 0.000");
   EXPECT_NEAR(plan["nearest"]["angle_rad"].get<double>(), 0.8, 1e-3);
-  EXPECT_NEAR(plan["nearest"]["pose"][0].get<double>(), 0.4, 1e-3);
+  EXPECT_NEAR(plan["nearest"]["xyz_rpy"][0].get<double>(), 0.4, 1e-3);
 }
 
 TEST_F(ToolGoalOptionsTest, PlanToAnOrientationThatStaysFree) {

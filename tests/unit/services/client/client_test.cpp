@@ -53,6 +53,23 @@ TEST(PublicObstacle, ConvertsFullSizesToHalfSizes) {
   EXPECT_DOUBLE_EQ(can.motion().direction_W().z(), 0.8);
 }
 
+TEST(PublicObstacle, ConvertsPointsToTheirConvexHull) {
+  // The corners of a cube, and its centre, which is no vertex of the hull.
+  ConvexHull cube{{{0.5, 0.5, 0.5}}};
+  for (const double x : {0.0, 1.0}) {
+    for (const double y : {0.0, 1.0}) {
+      for (const double z : {0.0, 1.0}) cube.points.push_back({x, y, z});
+    }
+  }
+  const msg::Obstacle obstacle = to_message("part", cube, Pose{}, Static{});
+  ASSERT_EQ(obstacle.shapes().size(), 1U);
+  EXPECT_EQ(obstacle.shapes()[0].kind(), msg::ShapeKind::SHAPE_CONVEX);
+  EXPECT_EQ(obstacle.shapes()[0].vertices().size(), 8U);
+  EXPECT_EQ(obstacle.shapes()[0].face_sizes().size(), 6U);
+  EXPECT_THROW(static_cast<void>(to_message("flat", ConvexHull{{{}, {1.0}, {0.0, 1.0}, {1.0, 1.0}}}, Pose{}, Static{})),
+               InvalidArgument);
+}
+
 TEST(PublicProgress, HasTheMeasuredErrorOfTheToolAndTheNearestOrientation) {
   msg::GoalStatus status;
   EXPECT_FALSE(to_public(status).tool_error);

@@ -25,15 +25,20 @@ const std::string kKeyFile = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/
 const std::string kText = R"(
 name: everything
 network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
+security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
+view: {host: alpha, listen: 10.0.0.1, port: 8099}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               failover_timeout: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
                          process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic,
+                         device_not_ready: automatic, remote_control_off: automatic, program_stopped: automatic,
+                         safeguard_stop: automatic, protective_stop: automatic, emergency_stop: automatic,
                          arm_failed: automatic}}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms, real_time: true}
 geometry: exact
+ros2: {domain: 3, distribution: humble, namespace: /cell/a, host: beta, interface: eth2, period: 50ms, control: false}
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
         time_limit: 0.5min,
         clutter: {count: 3, smallest: 0.1, largest: 0.2, inner: 0.4, outer: 0.8, lowest: -0.5, highest: 0.5}}
@@ -153,6 +158,10 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.network.interface, "eth1");
   EXPECT_EQ(file_.network.discovery, Discovery::kUnicast);
   EXPECT_EQ(file_.network.peers, (std::vector<std::string>{"10.0.0.9", "10.0.0.8"}));
+  ASSERT_TRUE(file_.view.has_value());
+  EXPECT_EQ(file_.view->host, "alpha");
+  EXPECT_EQ(file_.view->listen, "10.0.0.1");
+  EXPECT_EQ(file_.view->port, 8099);
   ASSERT_EQ(file_.hosts.size(), 2U);
   EXPECT_EQ(file_.hosts[1].name, "beta");
   EXPECT_EQ(file_.hosts[1].address, "beta.local");
@@ -161,6 +170,17 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.arm_hosts[0].standby_host, "beta");
   EXPECT_EQ(file_.arm_hosts[1].host, "beta");
   EXPECT_EQ(file_.arm_hosts[1].standby_host, "");
+}
+
+TEST_F(EveryKeyTest, Ros2) {
+  ASSERT_TRUE(file_.ros2);
+  EXPECT_EQ(file_.ros2->domain, 3);
+  EXPECT_EQ(file_.ros2->distribution, Ros2Distribution::kHumble);
+  EXPECT_EQ(file_.ros2->ns, "/cell/a");
+  EXPECT_EQ(file_.ros2->host, "beta");
+  EXPECT_EQ(file_.ros2->interface, "eth2");
+  EXPECT_DOUBLE_EQ(file_.ros2->period, 0.05);
+  EXPECT_FALSE(file_.ros2->control) << "see KeystoreTest";
 }
 
 TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
@@ -480,6 +500,16 @@ TEST(ChainTest, NamesTheToolLinkAlone) {
                    "poses: {home: [0, 1]}}]\n",
                    kKeyFile)),
                ConfigError);
+}
+
+TEST(KeystoreTest, IsBesideTheCellFileAndExcludesOrdersOfRos2) {
+  const std::string text = "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n";
+  const std::string keys = "security: {keystore: keys}\n";
+  const std::string orders = "ros2: {control: true}\n";
+  EXPECT_EQ(parse_cell_file(text, kKeyFile).keystore, "");
+  EXPECT_EQ(parse_cell_file(text + keys, kKeyFile).keystore, std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/keys");
+  EXPECT_TRUE(parse_cell_file(text + orders, kKeyFile).ros2->control);
+  EXPECT_THROW(parse_cell_file(text + keys + orders, kKeyFile), ConfigError);
 }
 
 TEST(SharedMemoryTest, IsAllowedForOneHost) {

@@ -91,7 +91,7 @@ class DefaultComparison final : public planner::ParameterVisitor {
   void section(std::string_view key) override { section_ = "arms[]." + std::string(key); }
   void number(std::string_view name, double& value, const planner::ParameterRange&) override {
     if (section_ == "arms[].damper") {  // default_damper() computes them
-      EXPECT_EQ(documented(name), "by reach and braking, see below") << name;
+      EXPECT_EQ(documented(name), "by reach and braking") << name;
       return;
     }
     EXPECT_NEAR(std::strtod(documented(name).c_str(), nullptr), value, 0.002 * value) << section_ << ' ' << name;

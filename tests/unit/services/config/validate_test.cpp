@@ -213,10 +213,18 @@ TEST(ValidateTest, NotesMissingTasksAndStandbys) {
     return one.severity == Severity::kNote && one.sentence.find("tasks is missing: goals are drawn") == 0;
   }));
   expect_only(
-      "name: test\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a, standby_host: b}\n"
-      "tasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" +
+      "name: test\nsecurity: {keystore: keys}\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\n"
+      "supervision: {host: a, standby_host: b}\ntasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" +
           arm("left", "[0, 1]") + "    host: a\n",
       Severity::kNote, {"arms[0].standby_host is missing"});
+}
+
+TEST(ValidateTest, WarnsOfAnOpenCellThatSpansHosts) {
+  expect_only(
+      "name: test\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a, standby_host: b}\n"
+      "tasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" +
+          arm("left", "[0, 1]") + "    host: a\n    standby_host: b\n",
+      Severity::kWarning, {"the cell spans hosts and is open", "security.keystore locks it"});
 }
 
 // A cell with URDF and base alone has to work, and tells once what it guesses.

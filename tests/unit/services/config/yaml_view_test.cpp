@@ -38,6 +38,21 @@ TEST(TextTest, PrintableKeepsOneLineAndWholeCharacters) {
   EXPECT_EQ(printable(letters + "é" + "tail"), letters + "…");
 }
 
+TEST(TextTest, PrintableEscapesBytesThatAreNoUtf8) {
+  EXPECT_EQ(printable("a\xff\xc3z"), "a\\xff\\xc3z");
+  EXPECT_EQ(valid_utf8("line\n\xe2\x82"), "line\n\\xe2\\x82");
+  EXPECT_EQ(valid_utf8("“µ”\n"), "“µ”\n");
+}
+
+TEST(TextTest, SentenceShowsNoFileContents) {
+  EXPECT_EQ(sentence_text("cell.yaml: arm 'a\x01': µ"), "cell.yaml: arm 'a\\x01': µ");
+  const std::string word(100'000, 'x');
+  EXPECT_EQ(sentence_text("a " + word + " b"), "a " + word.substr(0, 200) + "… b");
+  std::string words;
+  for (int i = 0; i < 100'000; ++i) words += "x ";
+  EXPECT_LT(sentence_text(words).size(), 3100U);
+}
+
 TEST(NumberTest, ParsesOneDecimalNumber) {
   EXPECT_EQ(parse_number("1"), 1.0);
   EXPECT_EQ(parse_number("+2.5"), 2.5);

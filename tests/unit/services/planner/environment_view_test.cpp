@@ -60,8 +60,8 @@ TEST_F(ObstacleViewTest, KnowsAnEmptyWorldAfterItsFirstMessage) {
 }
 
 TEST_F(ObstacleViewTest, HasTheOrderOfTheStates) {
-  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
-  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("b"), {}), std::nullopt);
   EXPECT_TRUE(receive(states(1, {"b", "a"})));
   EXPECT_EQ(names(), (std::vector<std::string>{"b", "a"}));
   EXPECT_TRUE(receive(states(2, {"a", "b"})));
@@ -69,24 +69,24 @@ TEST_F(ObstacleViewTest, HasTheOrderOfTheStates) {
 }
 
 TEST_F(ObstacleViewTest, KeepsOldStatesUntilAllShapesAreKnown) {
-  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
   ASSERT_TRUE(receive(states(1, {"a"}, 0.5)));
   now_ += 20ms;
   EXPECT_FALSE(receive(states(2, {"a", "b"}, 0.7)));
   EXPECT_EQ(view_.missing(), "the shape of obstacle b is not known yet");
   EXPECT_EQ(x(), 0.5);
   EXPECT_DOUBLE_EQ(view_.states(now_)[0].age, 0.02);
-  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("b"), {}), std::nullopt);
   EXPECT_TRUE(view_.join()) << "the waiting states are joined";
   EXPECT_EQ(x(), 0.7);
   EXPECT_DOUBLE_EQ(view_.age(now_), 0.0);
 }
 
 TEST_F(ObstacleViewTest, KeepsAWithdrawnShapeWhileStatesNameIt) {
-  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
-  EXPECT_EQ(view_.apply(shapes("b")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("b"), {}), std::nullopt);
   ASSERT_TRUE(receive(states(1, {"a", "b"})));
-  view_.withdraw("b");
+  view_.withdraw("b", {});
   EXPECT_FALSE(receive(states(2, {"a", "b"}))) << "sent before the removal";
   EXPECT_TRUE(receive(states(3, {"a"})));
   EXPECT_EQ(names(), (std::vector<std::string>{"a"}));
@@ -95,28 +95,42 @@ TEST_F(ObstacleViewTest, KeepsAWithdrawnShapeWhileStatesNameIt) {
 }
 
 TEST_F(ObstacleViewTest, ReportsAChangeOfAShape) {
-  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
   ASSERT_TRUE(receive(states(1, {"a"})));
-  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm2")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm2"), {}), std::nullopt);
   EXPECT_TRUE(view_.join());
   ASSERT_TRUE(view_.obstacles()->front().attachment);
   EXPECT_EQ(view_.obstacles()->front().attachment->arm, "arm2");
 }
 
+TEST_F(ObstacleViewTest, IgnoresDescriptionsOfParticipantsThatSendNoStates) {
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
+  ASSERT_TRUE(receive(states(1, {"a"})));
+  for (std::uint8_t intruder = 1; intruder < 9; ++intruder) {
+    bus::EndpointId id;
+    id.bytes[0] = intruder;
+    EXPECT_EQ(view_.apply(shapes("a", 2.0), id), std::nullopt);
+    view_.withdraw("a", id);
+  }
+  EXPECT_FALSE(receive(states(2, {"a"}))) << "the same obstacles";
+  EXPECT_EQ(names(), std::vector<std::string>{"a"});
+}
+
 TEST_F(ObstacleViewTest, DropsOldStatesButNotThoseOfARestartedWorld) {
-  EXPECT_EQ(view_.apply(shapes("a")), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a"), {}), std::nullopt);
   ASSERT_TRUE(receive(states(7, {"a"}, 0.7)));
   receive(states(6, {"a"}, 0.6));
   EXPECT_EQ(x(), 0.7);
   bus::EndpointId restarted;
   restarted.bytes[0] = 1;
+  EXPECT_EQ(view_.apply(shapes("a"), restarted), std::nullopt);
   receive(states(1, {"a"}, 0.1), restarted);
   EXPECT_EQ(x(), 0.1);
 }
 
 TEST_F(ObstacleViewTest, RejectsInvalidMessagesWithASentence) {
-  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm9")), "obstacle \"a\": attached_to = arm9 must be an arm of the cell");
-  EXPECT_NE(view_.apply(shapes("a", -1.0)), std::nullopt);
+  EXPECT_EQ(view_.apply(shapes("a", 0.1, "arm9"), {}), "obstacle \"a\": attached_to = arm9 must be an arm of the cell");
+  EXPECT_NE(view_.apply(shapes("a", -1.0), {}), std::nullopt);
   msg::ObstacleStates bad = states(1, {"a"});
   bad.states()[0].X_WO().qw(0.0);
   EXPECT_NE(view_.apply(bad, {}, now_), std::nullopt);

@@ -219,6 +219,19 @@ TEST_F(GoalManagerTest, RejectsAllGoalsAndIgnoresALateAnswer) {
   EXPECT_EQ(statuses().back(), (Statuses::value_type{"after", msg::GoalState::GOAL_ACCEPTED}));
 }
 
+TEST_F(GoalManagerTest, EndsAllGoalsWhenTheDeviceStops) {
+  send_and_accept(goal("active"));
+  goals_.receive(goal("waiting"), now_);
+  (void)statuses();
+  goals_.end_all(cause("protective stop"), now_);
+  EXPECT_EQ(statuses(),
+            (Statuses{{"active", msg::GoalState::GOAL_CANCELLED}, {"waiting", msg::GoalState::GOAL_REJECTED}}));
+  EXPECT_EQ(statuses_[0].cause().text(), "protective stop");
+  EXPECT_FALSE(goals_.has_active());
+  goals_.end_all(cause("protective stop"), now_);
+  EXPECT_TRUE(statuses().empty());
+}
+
 TEST_F(GoalManagerTest, ReportsACancelledGoalAsCancelledWhenAllAreRejected) {
   msg::Goal asked = goal("asked");
   goals_.receive(asked, now_);

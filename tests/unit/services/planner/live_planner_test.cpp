@@ -160,7 +160,7 @@ class Service {
         msg::ObstacleShapes shapes;
         shapes.name(obstacle.name);
         shapes.obstacle(messages::to_message(obstacle));
-        EXPECT_EQ(planner_.obstacles().apply(shapes), std::nullopt);
+        EXPECT_EQ(planner_.obstacles().apply(shapes, {}), std::nullopt);
       }
     }
     // Without obstacle states the simulated planner holds.

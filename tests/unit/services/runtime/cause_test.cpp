@@ -30,6 +30,9 @@ TEST(Cause, KnowsItsSection) {
   EXPECT_FALSE(is_fault(msg::CauseKind::CAUSE_DEVICE_FAILED));
   EXPECT_TRUE(is_fault(msg::CauseKind::CAUSE_DRIVER_SILENT));
   EXPECT_TRUE(is_fault(msg::CauseKind::CAUSE_ARM_FAILED));
+  for (const msg::CauseKind kind : kDeviceFaults) EXPECT_TRUE(is_fault(kind) && device_fault(kind) == kind);
+  EXPECT_EQ(device_fault(msg::CauseKind::CAUSE_DEVICE_FAILED), msg::CauseKind::CAUSE_ARM_FAILED);
+  EXPECT_EQ(device_fault(msg::CauseKind::CAUSE_COMMANDS_CEASED), std::nullopt);
   EXPECT_FALSE(is_fault(msg::CauseKind::CAUSE_NO_GOAL));
   EXPECT_FALSE(is_about_goal(msg::CauseKind::CAUSE_NO_GOAL));
   EXPECT_TRUE(is_about_goal(msg::CauseKind::CAUSE_GOAL_CANCELLED));

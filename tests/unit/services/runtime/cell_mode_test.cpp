@@ -61,6 +61,21 @@ TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {
   EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_RUN);
 }
 
+TEST(CellModeView, ATermBelongsToTheParticipantThatPublishesIt) {
+  const bus::Clock::time_point start{};
+  bus::EndpointId leader;
+  leader.bytes[0] = 1;
+  bus::EndpointId forger;
+  forger.bytes[0] = 2;
+  CellModeView view;
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_STOP, 5), start, leader));
+  EXPECT_FALSE(view.apply(mode(msg::Mode::MODE_RUN, 5), start + CellModeView::kHold, forger));
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_STOP);
+  EXPECT_TRUE(view.apply(mode(msg::Mode::MODE_HOLD, 5), start + CellModeView::kHold, leader));
+  EXPECT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 6), start + CellModeView::kHold, forger)) << "a greater term";
+  EXPECT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 6), start + 3 * CellModeView::kHold, leader)) << "a successor";
+}
+
 TEST(CellModeView, AForgottenOrderIsHeardAgainWithinItsTermOnly) {
   CellModeView view;
   ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 5)));

@@ -172,9 +172,9 @@ TEST_F(StrategiesTest, AllCommandsRejectOverlappingAreas) {
   }
 }
 
-/// Commands in docs/strategies.md and their output: "$ hecaton-strategies …", and then their output.
+/// Commands in docs/explanation/strategies.md and their output: "$ hecaton-strategies …", and then their output.
 std::vector<std::pair<std::string, std::string>> quoted_runs() {
-  std::istringstream page(content(HECATON_SOURCE_DIR "/docs/strategies.md"));
+  std::istringstream page(content(HECATON_SOURCE_DIR "/docs/explanation/strategies.md"));
   std::vector<std::pair<std::string, std::string>> runs;
   const std::string indent = "    ";
   const std::string prompt = indent + "$ hecaton-strategies ";
@@ -195,7 +195,7 @@ std::vector<std::pair<std::string, std::string>> quoted_runs() {
 // The output in the document must be that of the commands.
 TEST_F(StrategiesTest, DocumentedOutputMatchesCommands) {
   const auto runs = quoted_runs();
-  ASSERT_GE(runs.size(), 2U);
+  ASSERT_FALSE(runs.empty());
   for (const auto& [command, expected] : runs) {
     std::vector<std::string> words;
     std::istringstream text(command);

@@ -80,7 +80,7 @@ TEST(CheckpointText, RejectsMalformedText) {
         "term 1\nsomething else\n", "term 1\nunreplicated left\n", "term 1\nbecause left no_such_kind a b\n",
         "term 1\nfault 1 1 no_goal 1 10 4 30 - world x\n", "term 1\nfault 1 1 no_such_kind 1 10 4 30 - world x\n",
         "term 1\nfault 1 1 node_silent 9 10 4 30 - world x\n", "term 1\nfault 1 1 node_silent 1\n",
-        "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n"}) {
+        "term 1\nfault 1 1 node_silent 1 10 4 never - world x\n", "term 18446744073709551615\n"}) {
     EXPECT_FALSE(parse_checkpoint(text)) << text;
   }
 }
@@ -99,6 +99,19 @@ TEST_F(CheckpointFileTest, IsReadBackAndReplaced) {
 TEST_F(CheckpointFileTest, RejectsADamagedFile) {
   std::ofstream(path_) << "term 7\ncell st";
   EXPECT_THROW(static_cast<void>(read_checkpoint(path_)), std::runtime_error);
+}
+
+TEST_F(CheckpointFileTest, SetsADamagedFileAside) {
+  for (const auto* damaged : {"term 7\ncell st", "", "term 18446744073709551615\ncell run\n", "\x1B[2J"}) {
+    std::ofstream(path_, std::ios::trunc) << damaged;
+    CheckpointFile file(path_);
+    ASSERT_TRUE(file.lost()) << damaged;
+    EXPECT_EQ(file.stored(), Checkpoint());
+    EXPECT_TRUE(std::filesystem::exists(path_ + ".unusable"));
+    file.store(some_checkpoint());
+    EXPECT_FALSE(CheckpointFile(path_).lost()) << "the new checkpoint is in use";
+    std::filesystem::remove(path_ + ".unusable");
+  }
 }
 
 TEST_F(CheckpointFileTest, ReportsAnUnwritablePath) {

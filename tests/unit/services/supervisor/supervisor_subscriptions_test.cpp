@@ -179,8 +179,10 @@ TEST_F(PastEvents, DeviceFailureIsAFaultOfItsArm) {
   msg::ArmState sample;
   sample.arm("arm1");
   sample.mode(msg::ArmMode::ARM_FAILED);
+  sample.cause(make_cause(msg::CauseKind::CAUSE_DEVICE_FAILED, "arm1", "joint 3: overcurrent"));
   EXPECT_TRUE(listener.reports("arm1", msg::CauseKind::CAUSE_ARM_FAILED, [&] { return states.write(sample); }));
   sample.mode(msg::ArmMode::ARM_RUNNING);
+  sample.cause({});
   EXPECT_TRUE(listener.reports("", {}, [&] { return states.write(sample); }));
 }
 

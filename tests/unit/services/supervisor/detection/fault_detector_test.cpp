@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/supervisor/detection/standing_arms.hpp"
 #include "tests/unit/services/supervisor/detection/virtual_cell.hpp"
 
 namespace hecaton::services::testing {
@@ -59,7 +60,7 @@ TEST_F(FaultDetectorTest, ReportsAFailedNodeWithoutText) {
 }
 
 TEST_F(FaultDetectorTest, ReportsAFailedDeviceAsAFaultOfItsArm) {
-  detector.device_heard("arm3", "joint 2: following error");
+  detector.device_heard("arm3", make_cause(msg::CauseKind::CAUSE_ARM_FAILED, "arm3", "joint 2: following error"));
   turn();
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_FAILED);
   EXPECT_EQ(the_fault().subject, "arm3");
@@ -75,6 +76,81 @@ TEST_F(FaultDetectorTest, ReportsAFailedDeviceAsAFaultOfItsArm) {
   turn();
   EXPECT_TRUE(detector.faults().open().empty());
   EXPECT_TRUE(held().empty());
+}
+
+TEST_F(FaultDetectorTest, ReportsEachStopOfADeviceAsAFaultOfItsKind) {
+  for (const msg::CauseKind kind : kDeviceFaults) {
+    detector.device_heard("arm3", make_cause(kind, "arm3", "look at the arm"));
+    turn();
+    EXPECT_EQ(the_fault().kind, kind) << "the one before is cleared";
+    EXPECT_EQ(held(), Names{"arm3"});
+  }
+  detector.device_heard("arm3", std::nullopt);
+  turn();
+  EXPECT_TRUE(held().empty());
+}
+
+msg::Refusal refusal(const std::string& sender, msg::CauseKind kind = msg::CauseKind::CAUSE_INPUT_REFUSED) {
+  msg::Refusal message;
+  message.cause(make_cause(kind, sender, "q[2] = nan must be from -1e+06 to 1e+06"));
+  message.topic("ArmCommand");
+  message.sender("010f0102");
+  message.address("10.0.0.9");
+  message.count(12);
+  return message;
+}
+
+TEST_F(FaultDetectorTest, ReportsWhatNodesRefuseAndHoldsNoArm) {
+  detector.refusal_heard("driver/arm1", refusal("intruder"));
+  run_for(1s);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_INPUT_REFUSED);
+  EXPECT_EQ(the_fault().subject, "intruder");
+  EXPECT_EQ(the_fault().description,
+            "driver/arm1 refuses ArmCommand of intruder: q[2] = nan must be from -1e+06 to 1e+06 (GUID 010f0102, "
+            "address 10.0.0.9, 12 times)");
+  EXPECT_TRUE(held().empty());
+  run_for(5s);
+  EXPECT_TRUE(detector.faults().open().empty()) << "no node has reported it for five seconds";
+}
+
+TEST_F(FaultDetectorTest, BoundsTheFaultsOfRefusedSenders) {
+  for (int i = 0; i < 1000; ++i) detector.refusal_heard("driver/arm1", refusal("forged" + std::to_string(i)));
+  detector.refusal_heard("driver/arm1", refusal("x", msg::CauseKind::CAUSE_CONTACT));
+  turn();
+  EXPECT_EQ(detector.faults().open().size(), 16U);
+}
+
+TEST_F(FaultDetectorTest, ReportsAnArmThatStandsWithoutReason) {
+  detector.arm_stands("arm2", "arm arm2 should move, but stands");
+  run_for(100ms);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_ARM_STANDS);
+  EXPECT_EQ(the_fault().subject, "arm2");
+  EXPECT_TRUE(held().empty()) << "a hold would hide the reason";
+  detector.arm_stands("arm2", std::nullopt);
+  turn();
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, TakesBackAnEndThatHeartbeatsContradict) {
+  detector.process_exited("driver/arm2", {pids["driver/arm2"], 0, 9});
+  turn();
+  EXPECT_EQ(held(), Names{"arm2"});
+  run_for(2s);
+  EXPECT_TRUE(detector.faults().open().empty()) << "its heartbeats go on: the report is wrong or forged";
+  EXPECT_TRUE(held().empty());
+  EXPECT_TRUE(detector.alive("driver/arm2"));
+}
+
+TEST(StandingArms, ReportAfterASecond) {
+  StandingArms arms;
+  EXPECT_TRUE(arms.due(1s));
+  EXPECT_FALSE(arms.due(1050ms));
+  EXPECT_EQ(arms.update("arm1", "nothing holds the arm", 10s), std::nullopt);
+  EXPECT_EQ(arms.update("arm1", "nothing holds the arm", 10900ms), std::nullopt);
+  EXPECT_EQ(arms.update("arm1", "nothing holds the arm", 11s),
+            "arm arm1 should move, but stands for more than 1 s: nothing holds the arm");
+  EXPECT_EQ(arms.update("arm1", std::nullopt, 12s), std::nullopt);
+  EXPECT_EQ(arms.update("arm1", "nothing holds the arm", 13s), std::nullopt);
 }
 
 TEST_F(FaultDetectorTest, ReportsALongDeathAsOneFault) {

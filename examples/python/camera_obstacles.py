@@ -1,0 +1,72 @@
+"""Keeps obstacles of a running cell at what a camera sees: clusters of points become convex hulls that appear, move and go.
+
+usage: camera_obstacles.py CELL [FRAMES]        20 frames
+
+The camera is a function that makes point clouds. Replace frames() by yours: it yields a dictionary of clouds, shape (N, 3), in W.
+"""
+import sys
+from typing import Iterator
+
+import numpy as np
+
+import hecaton
+
+PREFIX = "seen_"
+
+
+def frames(count: int) -> Iterator[dict[int, np.ndarray]]:
+    """A box that drives past the cell, and a cone that is there half of the time."""
+    random = np.random.default_rng(1)
+    box = random.uniform(-0.1, 0.1, size=(400, 3))
+    angle, height = random.uniform(0, 2 * np.pi, 400), random.uniform(0, 0.3, 400)
+    cone = np.column_stack([(0.3 - height) * np.cos(angle), (0.3 - height) * np.sin(angle), height])
+    for i in range(count):
+        clouds = {1: box + [1.6, -1.0 + 2.0 * i / count, 0.5]}
+        if i % 20 < 10:
+            clouds[2] = cone + [-1.8, 0, 0]
+        yield clouds
+
+
+class SeenObstacles:
+    """Makes the cell's obstacles those of the newest frame. A cloud of the same identifier is the same rigid body."""
+
+    def __init__(self, world: hecaton.World) -> None:
+        self._world = world
+        self._known: set[str] = set()
+
+    def update(self, clouds: dict[int, np.ndarray]) -> None:
+        seen = {f"{PREFIX}{identifier}": points for identifier, points in clouds.items()}
+        for name in self._known - seen.keys():
+            self._world.remove(name)
+        for name, points in seen.items():
+            centre = points.mean(axis=0)
+            if name in self._known:
+                self._world.move(name, hecaton.Pose(centre))
+            else:
+                self._world.add(name, hecaton.ConvexHull(points - centre), hecaton.Pose(centre))
+        self._known = set(seen)
+
+
+def main() -> int:
+    if not 2 <= len(sys.argv) <= 3:
+        print("usage: camera_obstacles.py CELL [FRAMES]", file=sys.stderr)
+        return 2
+    count = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    try:
+        with hecaton.connect(sys.argv[1], timeout=20) as cell:
+            obstacles = SeenObstacles(cell.world)
+            for clouds in frames(count):
+                try:
+                    obstacles.update(clouds)
+                except hecaton.Rejected as error:
+                    print(f"{error.kind}: {error}", file=sys.stderr)
+            obstacles.update({})
+            left = [state.name for state in cell.world.obstacles() if state.name.startswith(PREFIX)]
+            print(f"{count} frames; obstacles left: {len(left)}")
+    except hecaton.Error as error:
+        print(f"{error.kind}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,79 @@
+"""Sends random goals to all arms of a running cell, prints a summary, and plots the times if matplotlib is there.
+
+usage: random_goals.py CELL [GOALS [PLOT.png]]        100 goals, without a plot
+"""
+import asyncio
+import collections
+import sys
+
+import numpy as np
+
+import hecaton
+
+
+def draw(model: hecaton.ArmModel, random: np.random.Generator) -> np.ndarray:
+    """Joint positions around the start, within the limits."""
+    limits, start = model.limits, model.start
+    q = start + random.uniform(-0.5, 0.5, size=start.shape)
+    return np.clip(q, np.maximum(limits.lower, -10), np.minimum(limits.upper, 10))
+
+
+async def work(arm: hecaton.Arm, model: hecaton.ArmModel, goals: int, random: np.random.Generator) -> list:
+    """Gives one arm its goals, one after the other: the outcomes."""
+    outcomes = []
+    for _ in range(goals):
+        outcomes.append(await arm.go_to(draw(model, random), time_limit=20).ended(30, check=False))
+    return outcomes
+
+
+async def all_arms(cell: hecaton.Cell, file: hecaton.CellFile, goals: int) -> list:
+    arms = cell.arms()
+    share = [goals // len(arms) + (i < goals % len(arms)) for i in range(len(arms))]
+    random = np.random.default_rng(7).spawn(len(arms)) if hasattr(np.random.Generator, "spawn") else [
+        np.random.default_rng(7 + i) for i in range(len(arms))]
+    groups = await asyncio.gather(*(work(arm, file.arm(arm.name), n, generator)
+                                    for arm, n, generator in zip(arms, share, random)))
+    return [outcome for group in groups for outcome in group]
+
+
+def plot(outcomes: list, path: str) -> None:
+    try:
+        import matplotlib
+    except ModuleNotFoundError:
+        print("matplotlib is not installed: no plot", file=sys.stderr)
+        return
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots()
+    axes.hist([outcome.progress.elapsed for outcome in outcomes if outcome], bins=20)
+    axes.set(xlabel="time to the goal [s]", ylabel="goals")
+    figure.savefig(path)
+    print(f"plot in {path}")
+
+
+def main() -> int:
+    if not 2 <= len(sys.argv) <= 4:
+        print("usage: random_goals.py CELL [GOALS [PLOT.png]]", file=sys.stderr)
+        return 2
+    goals = int(sys.argv[2]) if len(sys.argv) > 2 else 100
+    file = hecaton.load(sys.argv[1])
+    try:
+        with hecaton.connect(sys.argv[1], timeout=20) as cell:
+            outcomes = asyncio.run(all_arms(cell, file, goals))
+            report = cell.status().contacts
+    except hecaton.Error as error:
+        print(f"{error.kind}: {error}", file=sys.stderr)
+        return 1
+    counts = collections.Counter(outcome.kind for outcome in outcomes)
+    times = np.array([outcome.progress.elapsed for outcome in outcomes if outcome])
+    print(f"{len(outcomes)} goals: " + ", ".join(f"{count} {kind}" for kind, count in counts.most_common()))
+    if len(times) > 0:
+        print(f"median {np.median(times):.2f} s, longest {times.max():.2f} s")
+    print(f"contacts: {report.contacts if report else 'unknown'}")
+    if len(sys.argv) > 3:
+        plot(outcomes, sys.argv[3])
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,46 @@
+#pragma once
+/// A client of the dashboard server (port 29999) of CB3 and PolyScope 5: one text command, one line as its answer.
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "services/arm_driver/devices/universal_robots/tcp.hpp"
+
+namespace hecaton::device::universal_robots {
+
+/// No call waits. For one thread.
+class Dashboard {
+ public:
+  struct Answer {
+    std::string command;
+    std::string text;  ///< without the end of the line
+  };
+
+  void open(const std::string& address, Clock::time_point now);
+  void close();
+  /// Call it once a period.
+  void update(Clock::time_point now);
+
+  /// The robot has greeted.
+  [[nodiscard]] bool is_open() const { return greeted_ && connection_.is_open(); }
+  /// No command waits for its answer.
+  [[nodiscard]] bool is_idle() const { return commands_.empty(); }
+  /// Sends a command after those before it were answered. Precondition: is_open().
+  void send(const std::string& command, Clock::time_point now);
+  /// The next answer; empty: none. When the connection fails, commands get none.
+  [[nodiscard]] std::optional<Answer> take();
+
+ private:
+  void send_next(Clock::time_point now);
+
+  TcpConnection connection_;
+  bool greeted_ = false;
+  bool asked_ = false;                ///< the first of commands_ was sent
+  std::deque<std::string> commands_;  ///< not answered yet
+  std::deque<Answer> answers_;
+  Clock::time_point deadline_;  ///< of the greeting, then of each answer
+};
+
+}  // namespace hecaton::device::universal_robots

@@ -1,0 +1,73 @@
+#include "services/arm_driver/devices/universal_robots/robot_state.hpp"
+
+namespace hecaton::device::universal_robots {
+namespace {
+
+/// Every safety mode but normal and reduced forbids motion, also those of later controllers.
+Condition condition_of_safety(SafetyMode mode, const std::string& arm) {
+  const std::string resume = "'hecaton resume " + arm + "'";
+  const std::string on = "'hecaton device " + arm + " on'";
+  switch (mode) {
+    case SafetyMode::kNormal:
+    case SafetyMode::kReduced:
+      return {};
+    case SafetyMode::kProtectiveStop:
+      return {DeviceMode::kProtectiveStop, "protective stop: look at the arm, then call 'hecaton device " + arm +
+                                               " unlock', 5 s after the stop or later, and " + resume};
+    case SafetyMode::kSystemEmergencyStop:
+    case SafetyMode::kRobotEmergencyStop:
+      return {DeviceMode::kEmergencyStop,
+              "emergency stop: release the emergency stop button, then call " + on + " and " + resume};
+    case SafetyMode::kRecovery:
+      return {DeviceMode::kNotReady,
+              "recovery mode: move the arm into its safety limits at the teach pendant, then call " + resume};
+    case SafetyMode::kViolation:
+    case SafetyMode::kFault:
+      return {DeviceMode::kNotReady,
+              "safety violation or fault: read the log at the teach pendant and restart the safety system there, then "
+              "call " +
+                  on + " and " + resume};
+    case SafetyMode::kValidateJointId:
+    case SafetyMode::kUndefined:
+      return {DeviceMode::kNotReady, "the safety system is not ready: act at the teach pendant, then call " + resume};
+    case SafetyMode::kSafeguardStop:
+      break;
+  }
+  return {DeviceMode::kSafeguardStop,
+          "safeguard stop: clear the safeguarded space and reset the safeguard, then call " + resume};
+}
+
+Condition condition_of_robot(RobotMode mode, const std::string& arm) {
+  const std::string on_and_resume = "call 'hecaton device " + arm + " on' and 'hecaton resume " + arm + "'";
+  switch (mode) {
+    case RobotMode::kRunning:
+      return {};
+    case RobotMode::kPowerOff:
+      return {DeviceMode::kNotReady, "the robot is off: " + on_and_resume};
+    case RobotMode::kIdle:
+      return {DeviceMode::kNotReady, "the brakes are on: " + on_and_resume};
+    case RobotMode::kPowerOn:
+    case RobotMode::kBooting:
+      return {DeviceMode::kNotReady, "the robot boots: wait, then " + on_and_resume};
+    case RobotMode::kConfirmSafety:
+      return {DeviceMode::kNotReady, "the safety configuration waits for its confirmation at the teach pendant"};
+    case RobotMode::kBackdrive:
+      return {DeviceMode::kNotReady, "the robot is in backdrive mode: end it at the teach pendant"};
+    case RobotMode::kUpdating:
+      return {DeviceMode::kNotReady, "the robot updates its firmware: wait"};
+    case RobotMode::kNoController:
+    case RobotMode::kDisconnected:
+      break;
+  }
+  return {DeviceMode::kNotReady, "the controller has no connection to its arm: look at the teach pendant"};
+}
+
+}  // namespace
+
+Condition condition_of(const RobotData& data, const std::string& arm) {
+  Condition safety = condition_of_safety(static_cast<SafetyMode>(data.safety_mode), arm);
+  if (safety.mode != DeviceMode::kReady) return safety;
+  return condition_of_robot(static_cast<RobotMode>(data.robot_mode), arm);
+}
+
+}  // namespace hecaton::device::universal_robots

@@ -1,0 +1,56 @@
+#pragma once
+/// The states of a Universal Robots controller, and what a person does about each. Pure.
+
+#include <string>
+
+#include "services/arm_driver/devices/arm_device.hpp"
+#include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
+
+namespace hecaton::device::universal_robots {
+
+enum class RobotMode : std::int32_t {
+  kNoController = -1,
+  kDisconnected = 0,
+  kConfirmSafety = 1,
+  kBooting = 2,
+  kPowerOff = 3,
+  kPowerOn = 4,
+  kIdle = 5,
+  kBackdrive = 6,
+  kRunning = 7,
+  kUpdating = 8,
+};
+
+enum class SafetyMode : std::int32_t {
+  kNormal = 1,
+  kReduced = 2,
+  kProtectiveStop = 3,
+  kRecovery = 4,
+  kSafeguardStop = 5,
+  kSystemEmergencyStop = 6,
+  kRobotEmergencyStop = 7,
+  kViolation = 8,
+  kFault = 9,
+  kValidateJointId = 10,
+  kUndefined = 11,
+};
+
+enum class RuntimeState : std::uint32_t {
+  kStopping = 0,
+  kStopped = 1,
+  kPlaying = 2,
+  kPausing = 3,
+  kPaused = 4,
+  kResuming = 5,
+};
+
+struct Condition {
+  DeviceMode mode = DeviceMode::kReady;
+  std::string text;
+};
+
+/// Whether robot and safety system allow motion of the arm; programs and remote control apart. `arm`: its name, for the
+/// commands that the text names.
+[[nodiscard]] Condition condition_of(const RobotData& data, const std::string& arm);
+
+}  // namespace hecaton::device::universal_robots

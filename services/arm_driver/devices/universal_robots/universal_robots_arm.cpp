@@ -1,0 +1,388 @@
+#include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "planner/model/robot_model.hpp"
+#include "services/arm_driver/devices/universal_robots/dashboard.hpp"
+#include "services/arm_driver/devices/universal_robots/options.hpp"
+#include "services/arm_driver/devices/universal_robots/program.hpp"
+#include "services/arm_driver/devices/universal_robots/robot_state.hpp"
+#include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
+#include "services/arm_driver/devices/universal_robots/tcp.hpp"
+
+namespace hecaton::device {
+namespace {
+
+using namespace universal_robots;
+
+constexpr int kPrimaryPort = 30001;
+constexpr int kJoints = 6;
+/// From sending the program to its connection.
+constexpr std::chrono::seconds kProgramStart{5};
+/// The robot's state says why a program has ended, at the latest this long after its connection has closed.
+constexpr std::chrono::milliseconds kExplanation{50};
+/// A program that the driver has ended needs less time to stop the arm. One that plays longer is another one.
+constexpr std::chrono::seconds kOtherProgram{2};
+constexpr std::chrono::seconds kRemoteControlPeriod{1};
+/// At a lower speed scaling the lag is not computed any more.
+constexpr double kSlowest = 0.05;
+constexpr double kLongestDelay = 1.0;  // [s]
+/// Time constant with which the lag follows a change of the speed scaling [s].
+constexpr double kSettling = 0.3;
+
+class UniversalRobotsArm final : public ArmDevice {
+ public:
+  UniversalRobotsArm(const DeviceSetup& setup, Options options)
+      : arm_(setup.arm),
+        limits_(setup.limits),
+        options_(std::move(options)),
+        rtde_({options_.robot_ip, 1.0 / std::chrono::duration<double>(setup.period).count(), options_.speed_slider},
+              setup.log),
+        log_(setup.log) {}
+
+  DeviceResult configure() override {
+    now_ = Clock::now();
+    close_program();
+    if (auto failure = listener_.listen(options_.reverse_port)) return failure;
+    rtde_.open(now_);
+    primary_.connect(options_.robot_ip, kPrimaryPort);
+    dashboard_.open(options_.robot_ip, now_);
+    remote_control_ = {};
+    order_ = {};
+    return {};
+  }
+
+  DeviceResult activate() override {
+    close_program();
+    if (primary_.state() == TcpConnection::State::kClosed) primary_.connect(options_.robot_ip, kPrimaryPort);
+    program_.phase = Program::Phase::kSending;
+    program_.since = now_;
+    remote_control_ = {};
+    return {};
+  }
+
+  DeviceState read(Clock::time_point now) override {
+    const double dt = std::chrono::duration<double>(now - std::exchange(now_, now)).count();
+    rtde_.update(now);
+    primary_.update();
+    primary_.received().clear();
+    dashboard_.update(now);
+    update_program();
+    if (rtde_.failed()) return {{}, {}, 1.0, DeviceMode::kFailed, rtde_.error()};
+    if (!rtde_.data()) return {{}, {}, 1.0, DeviceMode::kStarting, "connects to the robot at " + options_.robot_ip};
+    settled_speed_ += (speed() - settled_speed_) * std::clamp(dt / kSettling, 0.0, 1.0);
+    update_remote_control();
+    update_order();
+    DeviceState state = measured();
+    Condition condition = this->condition();
+    state.mode = condition.mode;
+    state.text = std::move(condition.text);
+    return state;
+  }
+
+  // A set-point that the socket does not take at once is out of date: the next one follows in a period.
+  DeviceResult write(const JointState& set_point, std::chrono::nanoseconds valid_for) override {
+    if (program_.phase != Program::Phase::kRunning || !reverse_.has_sent_all()) return {};
+    reverse_.send(set_point_packet(set_point, std::max(options_.timeout, valid_for), valid_for));
+    return {};
+  }
+
+  void stop(std::string_view /*reason*/) override { close_program(); }
+  void deactivate() override { close_program(); }
+
+  DeviceResult begin(DeviceOrder order) override {
+    if (order_.runs) return DeviceFailure{"another order to its robot is not finished: wait some seconds"};
+    if (!rtde_.data()) return DeviceFailure{"its robot at " + options_.robot_ip + " is not connected"};
+    if (!dashboard_.is_open()) {
+      return DeviceFailure{"its robot has no dashboard server (port 29999): act at the teach pendant"};
+    }
+    return begin_connected(order);
+  }
+
+  std::optional<OrderEnd> order_end() override { return std::exchange(order_.end, std::nullopt); }
+
+  [[nodiscard]] double tracking_delay() const override {
+    return std::min(kLongestDelay, options_.tracking_delay / std::max(kSlowest, settled_speed_));
+  }
+
+ private:
+  struct Program {
+    enum class Phase {
+      kNone,     ///< no program of ours runs, or it ends
+      kSending,  ///< waits for the primary port, and asks whether the robot is in remote control
+      kAwaited,  ///< sent; it shall connect
+      kRunning,  ///< connected
+      kLost,     ///< it has closed its connection
+    };
+    Phase phase = Phase::kNone;
+    Clock::time_point since;                       ///< of kSending, kAwaited and kRunning together, and of kLost
+    std::optional<Clock::time_point> plays_since;  ///< a program plays while the phase is kNone
+  };
+  struct RemoteControl {
+    bool off = false;  ///< an e-Series says that it is in local control; a CB3 has no such state
+    bool answered = false;
+    Clock::time_point ask_at;
+  };
+  struct Order {
+    bool runs = false;
+    std::string command, expected;  ///< the dashboard's command, and the beginning of its answer
+    std::optional<OrderEnd> end;
+    bool releases_brakes = false;  ///< when the robot is on
+  };
+
+  void close_program() {
+    if (reverse_.is_open()) reverse_.send(end_packet());
+    reverse_.close();
+    program_ = {};
+  }
+
+  void update_program() {
+    reverse_.update();
+    reverse_.received().clear();
+    auto connected = listener_.accept(options_.robot_ip);
+    switch (program_.phase) {
+      case Program::Phase::kSending:
+        if (primary_.is_open() && rtde_.data() && may_be_sent()) send_program();
+        break;
+      case Program::Phase::kAwaited:
+        if (!connected) break;
+        reverse_.adopt(std::move(*connected));
+        program_.phase = Program::Phase::kRunning;
+        if (log_) log_("robot program runs", options_.robot_ip);
+        break;
+      case Program::Phase::kRunning:
+        if (reverse_.is_open()) break;
+        program_.phase = Program::Phase::kLost;
+        program_.since = now_;
+        break;
+      case Program::Phase::kNone:
+        if (!rtde_.data() || !plays()) {
+          program_.plays_since.reset();
+        } else if (!program_.plays_since) {
+          program_.plays_since = now_;
+        }
+        break;
+      case Program::Phase::kLost:
+        break;
+    }
+  }
+
+  [[nodiscard]] bool may_be_sent() const {
+    return !dashboard_.is_open() || (remote_control_.answered && !remote_control_.off);
+  }
+
+  void send_program() {
+    ProgramSetup setup;
+    setup.address = options_.pc_ip.value_or(rtde_.own_address());
+    setup.port = options_.reverse_port;
+    setup.lookahead_time = options_.lookahead_time;
+    setup.gain = options_.gain;
+    setup.velocity = limits_.velocity;
+    setup.acceleration = limits_.acceleration;
+    primary_.send(program_text(setup));
+    program_.phase = Program::Phase::kAwaited;
+  }
+
+  [[nodiscard]] double speed() const {
+    const auto& data = rtde_.data();
+    return data ? std::clamp(data->speed_scaling * data->target_speed_fraction, 0.0, 1.0) : 1.0;
+  }
+
+  [[nodiscard]] DeviceState measured() const {
+    const RobotData& data = *rtde_.data();
+    DeviceState state;
+    state.measured.q = Eigen::Map<const Eigen::Vector<double, kJoints>>(data.q.data());
+    state.measured.qd = Eigen::Map<const Eigen::Vector<double, kJoints>>(data.qd.data());
+    state.age = std::max(Clock::duration::zero(), now_ - rtde_.measured_at());
+    state.speed_scaling = speed();
+    return state;
+  }
+
+  [[nodiscard]] bool plays() const {
+    const auto state = static_cast<RuntimeState>(rtde_.data()->runtime_state);
+    return state == RuntimeState::kPlaying || state == RuntimeState::kResuming;
+  }
+
+  // Why the arm cannot be moved: its safety and robot, then remote control, then the program.
+  [[nodiscard]] Condition condition() const {
+    Condition robot = condition_of(*rtde_.data(), arm_);
+    if (robot.mode != DeviceMode::kReady) return robot;
+    const std::string resume = "'hecaton resume " + arm_ + "'";
+    if (remote_control_.off && program_.phase != Program::Phase::kRunning) {
+      return {DeviceMode::kRemoteControlOff,
+              "the robot is in local control: switch it to remote control at the teach pendant, then call " + resume};
+    }
+    switch (program_.phase) {
+      case Program::Phase::kNone:
+        if (!plays()) return {};
+        if (now_ - program_.plays_since.value_or(now_) < kOtherProgram) {
+          return {DeviceMode::kStarting, "waits for the end of a program"};
+        }
+        return {DeviceMode::kNotReady,
+                "another program runs on the robot: stop it at the teach pendant, then call " + resume};
+      case Program::Phase::kSending:
+      case Program::Phase::kAwaited:
+        if (now_ - program_.since < kProgramStart) return {DeviceMode::kStarting, "starts the program on the robot"};
+        return {DeviceMode::kFailed, missing_program()};
+      case Program::Phase::kRunning:
+        if (plays() || now_ - program_.since < kProgramStart) return paused();
+        return stopped(resume);
+      case Program::Phase::kLost:
+        if (now_ - program_.since < kExplanation) return {};
+        return stopped(resume);
+    }
+    return {};
+  }
+
+  [[nodiscard]] Condition paused() const {
+    const auto state = static_cast<RuntimeState>(rtde_.data()->runtime_state);
+    if (state != RuntimeState::kPausing && state != RuntimeState::kPaused) return {};
+    return {
+        DeviceMode::kProgramStopped,
+        "the program on the robot is paused: stop it at the teach pendant, then call 'hecaton resume " + arm_ + "'"};
+  }
+
+  [[nodiscard]] Condition stopped(const std::string& resume) const {
+    const Condition pause = paused();
+    if (pause.mode != DeviceMode::kReady) return pause;
+    return {DeviceMode::kProgramStopped,
+            "the program on the robot has stopped, by a person or because set-points ceased for " +
+                std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(options_.timeout).count()) +
+                " ms: look at the arm, then call " + resume};
+  }
+
+  [[nodiscard]] std::string missing_program() const {
+    const std::string robot = "the robot at " + options_.robot_ip;
+    if (program_.phase == Program::Phase::kSending) {
+      return primary_.is_open() ? robot + " does not answer on its dashboard server (port 29999)"
+                                : robot + " takes no program on port 30001: " + primary_.error();
+    }
+    if (plays()) {
+      return robot + " runs the program, but it does not connect to " + options_.pc_ip.value_or(rtde_.own_address()) +
+             ", port " + std::to_string(options_.reverse_port) +
+             ": allow this port in the firewall of this machine, or set pc_ip";
+    }
+    return robot + " has not started the program: is it in remote control?";
+  }
+
+  void update_remote_control() {
+    if (!dashboard_.is_open()) {
+      remote_control_.off = false;
+      return;
+    }
+    const bool polls = program_.phase != Program::Phase::kRunning;
+    if (!polls || now_ < remote_control_.ask_at || !dashboard_.is_idle()) return;
+    dashboard_.send("is in remote control", now_);
+    remote_control_.ask_at = now_ + kRemoteControlPeriod;
+  }
+
+  DeviceResult begin_connected(DeviceOrder order) {
+    const auto robot = static_cast<RobotMode>(rtde_.data()->robot_mode);
+    const auto safety = static_cast<SafetyMode>(rtde_.data()->safety_mode);
+    switch (order) {
+      case DeviceOrder::kPowerOn:
+        if (robot == RobotMode::kRunning) return DeviceFailure{"its robot is on already"};
+        if (robot == RobotMode::kIdle) {
+          send_order("brake release", "Brake releasing");
+        } else {
+          send_order("power on", "Powering on");
+          order_.releases_brakes = true;
+        }
+        return {};
+      case DeviceOrder::kPowerOff:
+        if (robot == RobotMode::kPowerOff) return DeviceFailure{"its robot is off already"};
+        send_order("power off", "Powering off");
+        return {};
+      case DeviceOrder::kUnlock:
+        if (safety != SafetyMode::kProtectiveStop) return DeviceFailure{"its robot is in no protective stop"};
+        send_order("unlock protective stop", "Protective stop releasing");
+        return {};
+    }
+    return {};
+  }
+
+  void send_order(const std::string& command, const std::string& expected) {
+    order_ = {true, command, expected, {}, false};
+    dashboard_.send(command, now_);
+  }
+
+  void update_order() {
+    while (const auto answer = dashboard_.take()) {
+      if (answer->command == "is in remote control") {
+        remote_control_.off = answer->text == "false";
+        remote_control_.answered = true;
+      } else if (order_.runs && answer->command == order_.command) {
+        const bool taken = answer->text.starts_with(order_.expected);
+        order_.releases_brakes = order_.releases_brakes && taken;
+        end_order(taken ? DeviceResult{} : DeviceFailure{"the robot answers: " + answer->text});
+      }
+    }
+    if (order_.runs && !dashboard_.is_open()) {
+      end_order(DeviceFailure{"the robot does not answer on its dashboard server (port 29999)"});
+    }
+    const bool is_idle = static_cast<RobotMode>(rtde_.data()->robot_mode) == RobotMode::kIdle;
+    if (!order_.releases_brakes || order_.runs || !is_idle || !dashboard_.is_open()) return;
+    dashboard_.send("brake release", now_);
+    order_.releases_brakes = false;
+  }
+
+  void end_order(DeviceResult result) {
+    order_.runs = false;
+    order_.end = OrderEnd{std::move(result)};
+  }
+
+  std::string arm_;
+  JointLimits limits_;
+  Options options_;
+  RtdeClient rtde_;
+  DeviceLog log_;
+  TcpConnection primary_;
+  Dashboard dashboard_;
+  TcpListener listener_;
+  TcpConnection reverse_;
+  Program program_;
+  RemoteControl remote_control_;
+  Order order_;
+  double settled_speed_ = 1.0;  ///< speed scaling to which the lag has settled
+  Clock::time_point now_;
+};
+
+/// A calibration moves and turns the joint frames by a little; a nominal description turns them by multiples of 90°.
+bool is_calibrated(const planner::RobotModel& model) {
+  constexpr double kTurned = 2e-5;  // [rad]; descriptions round 90° to 1.5708
+  for (const planner::Link& link : model.links) {
+    if (link.joint < 0) continue;
+    const Eigen::Matrix3d R = link.X_PJ.linear();
+    for (const double entry : R.reshaped()) {
+      if (std::abs(entry) > kTurned && std::abs(std::abs(entry) - 1.0) > kTurned) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+std::unique_ptr<ArmDevice> make_universal_robots_arm(const DeviceSetup& setup) {
+  return std::make_unique<UniversalRobotsArm>(setup, read_options(setup));
+}
+
+std::vector<ListeningPort> universal_robots_ports(const DeviceSetup& setup) {
+  return {{read_options(setup).reverse_port, "reverse_port"}};
+}
+
+std::vector<std::string> universal_robots_notes(const DeviceSetup& setup, const planner::RobotModel& model) {
+  std::vector<std::string> notes;
+  if (!is_calibrated(model)) {
+    notes.push_back("arm " + setup.arm +
+                    ": its description has the nominal kinematics of its type, without the calibration of this robot; "
+                    "the tool may be some millimetres from where the planner expects it");
+  }
+  notes.push_back("arm " + setup.arm + ": its robot connects to port " +
+                  std::to_string(read_options(setup).reverse_port) + " of its host; the firewall must allow it");
+  return notes;
+}
+
+}  // namespace hecaton::device

@@ -1,0 +1,255 @@
+#include "services/bus/datagram_check.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace hecaton::bus {
+namespace {
+
+// RTPS 2.2, section 9.4.5.
+namespace submessage {
+enum Id : std::uint8_t {
+  kAckNack = 0x06,
+  kHeartbeat = 0x07,
+  kGap = 0x08,
+  kInfoTimestamp = 0x09,
+  kInfoSource = 0x0C,
+  kNackFragments = 0x12,
+  kHeartbeatFragments = 0x13,
+  kData = 0x15,
+  kDataFragment = 0x16,
+  kPad = 0x01
+};
+}  // namespace submessage
+namespace flag {
+constexpr std::uint8_t kLittleEndian = 1;
+constexpr std::uint8_t kParameters = 2;
+constexpr std::uint8_t kKeyOnly = 8;
+}  // namespace flag
+/// Of parameter lists, section 9.6.2.2.2.
+namespace parameter {
+constexpr std::uint16_t kEnd = 0x0001;
+constexpr std::uint16_t kStatus = 0x0071;
+}  // namespace parameter
+/// The writer with which each participant announces itself (SPDP), section 9.3.1.3.
+constexpr std::array<std::uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xC2};
+constexpr std::size_t kHeader = 20;
+constexpr std::int64_t kLargestNumber = std::int64_t{1} << 62;
+
+}  // namespace
+
+/// Reads numbers of a submessage; false beyond its end.
+class DatagramCheck::Reader {
+ public:
+  Reader(std::span<const std::uint8_t> body, bool little) : body_(body), little_(little) {}
+
+  template <class T>
+  bool read(T& value) {
+    if (at_ + sizeof(T) > body_.size()) return false;
+    value = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) {
+      const std::size_t from = little_ ? sizeof(T) - 1 - i : i;
+      value = static_cast<T>(value << 8U | body_[at_ + from]);
+    }
+    at_ += sizeof(T);
+    return true;
+  }
+  bool skip(std::size_t bytes) {
+    if (at_ + bytes > body_.size()) return false;
+    at_ += bytes;
+    return true;
+  }
+  /// The identifier of an endpoint; its bytes have one order.
+  bool entity(std::uint8_t* to) {
+    if (at_ + 4 > body_.size()) return false;
+    std::copy_n(body_.data() + at_, 4, to);
+    at_ += 4;
+    return true;
+  }
+  bool number(std::int64_t& value) {
+    std::uint32_t high = 0;
+    std::uint32_t low = 0;
+    if (!read(high) || !read(low)) return false;
+    value = static_cast<std::int64_t>(std::uint64_t{high} << 32U | low);
+    return true;
+  }
+  /// The bitmap of a set: at most 256 bits.
+  bool bitmap() {
+    std::uint32_t bits = 0;
+    return read(bits) && bits <= 256 && skip((bits + 31) / 32 * 4);
+  }
+
+ private:
+  std::span<const std::uint8_t> body_;
+  bool little_;
+  std::size_t at_ = 0;
+};
+
+std::size_t DatagramCheck::Hash::operator()(const Guid& guid) const {
+  std::uint64_t one = 0;
+  std::uint64_t other = 0;
+  std::memcpy(&one, guid.data(), 8);
+  std::memcpy(&other, guid.data() + 8, 8);
+  return static_cast<std::size_t>((one * 0x9E3779B97F4A7C15U) ^ (other * 0xC2B2AE3D27D4EB4FU));
+}
+
+bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now) {
+  const std::scoped_lock lock(mutex_);
+  const auto known = writers_.find(writer);
+  if (known == writers_.end()) {
+    if (number > kFirst) return false;
+    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, now, now});
+    return true;
+  }
+  Writer& entry = known->second;
+  const std::int64_t leap = now - entry.heard > kPause ? kLeapAfterPause : kLeap;
+  const bool settles = now - entry.since <= kSettling && number <= kFirst;
+  if (number > entry.last + leap && !settles) return false;
+  entry.last = std::max(entry.last, number);
+  entry.heard = now;
+  return true;
+}
+
+std::int64_t DatagramCheck::last_of(const Guid& writer) {
+  const std::scoped_lock lock(mutex_);
+  const auto known = writers_.find(writer);
+  return known == writers_.end() ? 0 : known->second.last;
+}
+
+void DatagramCheck::forget(const Prefix& participant) {
+  const std::scoped_lock lock(mutex_);
+  std::erase_if(writers_, [&](const auto& entry) {
+    return std::equal(participant.begin(), participant.end(), entry.first.begin());
+  });
+}
+
+template <class Visit>
+bool DatagramCheck::visit_submessages(std::span<const std::uint8_t> datagram, Visit visit) {
+  std::size_t at = kHeader;
+  while (at + 4 <= datagram.size()) {
+    const std::uint8_t id = datagram[at];
+    const std::uint8_t flags = datagram[at + 1];
+    const bool little = (flags & flag::kLittleEndian) != 0;
+    std::size_t length = little ? datagram[at + 2] | datagram[at + 3] << 8U : datagram[at + 2] << 8U | datagram[at + 3];
+    at += 4;
+    if (length == 0 && id != submessage::kPad && id != submessage::kInfoTimestamp)
+      length = datagram.size() - at;  // up to the end
+    if (length > datagram.size() - at) return false;
+    if (visit(Submessage{id, flags, datagram.subspan(at, length)})) return true;
+    at += length;
+  }
+  return true;
+}
+
+bool DatagramCheck::announces_departure(std::span<const std::uint8_t> datagram) {
+  bool departs = false;
+  visit_submessages(datagram, [&](const Submessage& submessage) { return departs = is_departure(submessage); });
+  return departs;
+}
+
+bool DatagramCheck::is_departure(const Submessage& submessage) {
+  if (submessage.id != submessage::kData) return false;
+  Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
+  std::uint16_t to_parameters = 0;
+  std::array<std::uint8_t, 4> writer{};
+  if (!reader.skip(2) || !reader.read(to_parameters) || !reader.skip(4) || !reader.entity(writer.data())) return false;
+  if (writer != kAnnouncer) return false;
+  if ((submessage.flags & flag::kKeyOnly) != 0) return true;
+  constexpr std::size_t kRead = 12;  // of the body, after the field that counts
+  if ((submessage.flags & flag::kParameters) == 0 || to_parameters < kRead - 4U) return false;
+  if (!reader.skip(to_parameters + 4U - kRead)) return false;
+  std::uint16_t parameter = 0;
+  std::uint16_t length = 0;
+  while (reader.read(parameter) && reader.read(length) && parameter != parameter::kEnd) {
+    if (parameter == parameter::kStatus) return true;  // announcements of the living have none
+    if (!reader.skip(length)) break;
+  }
+  return false;
+}
+
+std::string_view DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Clock::time_point now) {
+  if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return {};
+  Prefix sender{};
+  std::copy_n(datagram.data() + 8, sender.size(), sender.begin());
+  std::string_view why;
+  const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
+    why = refuse(submessage, sender, now);
+    return !why.empty();
+  });
+  return whole ? why : "a submessage is longer than its datagram";
+}
+
+std::string_view DatagramCheck::refuse(const Submessage& submessage, const Prefix& sender, Clock::time_point now) {
+  Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
+  Guid writer{};
+  std::copy(sender.begin(), sender.end(), writer.begin());
+  std::uint8_t* const entity = writer.data() + sender.size();
+  const auto endpoints = [&] { return reader.skip(4) && reader.entity(entity); };
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  switch (submessage.id) {
+    case submessage::kInfoSource: {  // signed messages name their sender again
+      constexpr std::size_t kPrefixAt = 8;
+      const bool own = submessage.body.size() >= kPrefixAt + sender.size() &&
+                       std::equal(sender.begin(), sender.end(), submessage.body.begin() + kPrefixAt);
+      return own ? "" : "a submessage speaks for another participant";
+    }
+    case submessage::kData: {
+      if (!reader.skip(4) || !endpoints() || !reader.number(first)) return "a sample is cut off";
+      if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
+      return follows(writer, first, now) ? "" : "the number of a sample leaps";
+    }
+    case submessage::kDataFragment: {
+      std::uint32_t fragment = 0;
+      std::uint16_t fragments = 0;
+      std::uint16_t fragment_bytes = 0;
+      std::uint32_t sample_bytes = 0;
+      if (!reader.skip(4) || !endpoints() || !reader.number(first) || !reader.read(fragment) ||
+          !reader.read(fragments) || !reader.read(fragment_bytes) || !reader.read(sample_bytes)) {
+        return "a fragment is cut off";
+      }
+      if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
+      if (sample_bytes > kMostSampleBytes) return "a fragmented sample is larger than 4 MiB";
+      if (std::equal(kAnnouncer.begin(), kAnnouncer.end(), entity)) return "an announcement comes in fragments";
+      if (fragment < 1 || fragments < 1 || fragment_bytes < 1 || fragment_bytes > sample_bytes) {
+        return "the numbers of a fragment are out of range";
+      }
+      const std::uint64_t all = (std::uint64_t{sample_bytes} + fragment_bytes - 1) / fragment_bytes;
+      if (std::uint64_t{fragment} + fragments - 1 > all) return "a fragment is beyond the end of its sample";
+      return follows(writer, first, now) ? "" : "the number of a sample leaps";
+    }
+    case submessage::kHeartbeat: {
+      if (!endpoints() || !reader.number(first) || !reader.number(last)) return "a heartbeat is cut off";
+      if (first < 1 || last < first - 1 || last > kLargestNumber) return "the range of a heartbeat is out of range";
+      return follows(writer, std::max(first, last), now) ? "" : "the range of a heartbeat leaps";
+    }
+    case submessage::kGap: {
+      if (!endpoints() || !reader.number(first) || !reader.number(last) || !reader.bitmap()) return "a gap is cut off";
+      if (first < 1 || last < first || last > kLargestNumber) return "the range of a gap is out of range";
+      if (last - std::max(first, last_of(writer) + 1) > kMostSkipped) return "a gap skips more than 131072 samples";
+      return follows(writer, last, now) ? "" : "the range of a gap leaps";
+    }
+    case submessage::kAckNack: {
+      if (!reader.skip(8) || !reader.number(first) || !reader.bitmap()) return "an acknowledgement is cut off";
+      return first >= 0 && first <= kLargestNumber ? "" : "the number of an acknowledgement is out of range";
+    }
+    case submessage::kNackFragments: {
+      std::uint32_t fragment = 0;
+      if (!reader.skip(8) || !reader.number(first) || !reader.read(fragment) || !reader.bitmap()) {
+        return "a request of fragments is cut off";
+      }
+      return first >= 1 && first <= kLargestNumber && fragment >= 1 ? "" : "a request of fragments is out of range";
+    }
+    case submessage::kHeartbeatFragments: {
+      std::uint32_t fragment = 0;
+      if (!endpoints() || !reader.number(first) || !reader.read(fragment)) return "a heartbeat is cut off";
+      const bool usable = first >= 1 && first <= kLargestNumber && fragment <= kMostSampleBytes;
+      return usable ? "" : "a heartbeat of fragments is out of range";
+    }
+    default:
+      return {};
+  }
+}
+
+}  // namespace hecaton::bus

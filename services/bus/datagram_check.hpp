@@ -1,0 +1,81 @@
+#pragma once
+/// Recognises RTPS datagrams that would harm the middleware. Private to services/bus; standard library only.
+///
+/// Fast DDS 2.9.1 handles each number of a range on its own: a GAP over 2·10⁹ samples, or a HEARTBEAT whose first
+/// sample is 2⁶², takes a receiving thread for seconds or for ever, in a datagram of 52 bytes. It takes memory for the
+/// size that the first fragment of a sample announces. A sequence number that leaps makes a reader ignore all later
+/// samples of that writer. So the transport checks ranges, sizes and leaps before the middleware sees a datagram.
+
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <string_view>
+#include <unordered_map>
+
+#include "services/bus/mailbox.hpp"
+
+namespace hecaton::bus {
+
+/// Thread-safe. Its memory is bounded by kWriters.
+class DatagramCheck {
+ public:
+  using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
+
+  /// Most samples that one GAP may skip beyond those that the writer has sent. Fast DDS takes 0.1 s for so many.
+  static constexpr std::int64_t kMostSkipped = 1 << 17;
+  /// A sequence number may exceed the last one of its writer by this: ten seconds of the fastest stream.
+  static constexpr std::int64_t kLeap = 1 << 13;
+  /// The same after a silence of the writer of kPause.
+  static constexpr std::int64_t kLeapAfterPause = 1 << 20;
+  static constexpr std::chrono::seconds kPause{1};
+  /// A late joiner receives old samples before the newest ones: within this time a new writer may leap up to kFirst.
+  static constexpr std::chrono::seconds kSettling{2};
+  /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.
+  static constexpr std::int64_t kFirst = std::int64_t{1} << 32;
+  /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
+  static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
+  static constexpr std::size_t kWriters = 8192;
+
+  /// Why the datagram must not reach the middleware, as a sentence; empty: it may. Datagrams of other protocols pass,
+  /// because the middleware ignores them.
+  [[nodiscard]] std::string_view refuse(std::span<const std::uint8_t> datagram, Clock::time_point now);
+  /// True when a participant announces that it leaves (RTPS 2.2, section 8.5.3.2). The middleware must not receive it.
+  /// Fast DDS 2.9.1 and 3.1 abort the process when a departure meets their check of that participant's lease. An
+  /// intruder could also forge it. The lease removes a participant that has left.
+  [[nodiscard]] static bool announces_departure(std::span<const std::uint8_t> datagram);
+  /// The participant has left or was found again: its writers may continue with any number.
+  void forget(const Prefix& participant);
+
+ private:
+  using Guid = std::array<std::uint8_t, 16>;
+  struct Hash {
+    std::size_t operator()(const Guid& guid) const;
+  };
+  struct Writer {
+    std::int64_t last = 0;
+    Clock::time_point since;
+    Clock::time_point heard;
+  };
+  /// The greatest number of this writer so far; 0: it is new.
+  [[nodiscard]] std::int64_t last_of(const Guid& writer);
+  /// False when `number` leaps.
+  [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now);
+
+  class Reader;
+  struct Submessage {
+    std::uint8_t id;
+    std::uint8_t flags;
+    std::span<const std::uint8_t> body;
+  };
+  /// Calls `visit` with each submessage until it returns true. False: a submessage is longer than its datagram.
+  template <class Visit>
+  static bool visit_submessages(std::span<const std::uint8_t> datagram, Visit visit);
+  [[nodiscard]] static bool is_departure(const Submessage& submessage);
+  [[nodiscard]] std::string_view refuse(const Submessage& submessage, const Prefix& sender, Clock::time_point now);
+
+  std::mutex mutex_;
+  std::unordered_map<Guid, Writer, Hash> writers_;
+};
+
+}  // namespace hecaton::bus

@@ -1,0 +1,41 @@
+#include "services/bus/recorded_sample.hpp"
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "services/bus/type_support.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+/// Generated code keeps buffers: each thread has a support of its own.
+template <class T>
+GuardedType<T>& support_of_thread() {
+  thread_local const std::unique_ptr<GuardedType<T>> support = [] {
+    const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+    return std::make_unique<GuardedType<T>>();
+  }();
+  return *support;
+}
+
+}  // namespace
+
+template <class T>
+DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes) {
+  const CheckedSample checked = check_sample(*rule_of<T>(), bytes);
+  if (checked.other_schema) return {std::nullopt, true};
+  if (!checked.refusal.empty()) return {};
+  std::optional<T> value(std::in_place);
+  const std::uint32_t schema = value->schema();
+  support_of_thread<T>().read(std::string(bytes.begin(), bytes.end()), *value);
+  if (value->schema() != schema) return {};
+  return {std::move(value), false};
+}
+
+#define HECATON_DECODE(Type, ...) \
+  template DecodedSample<msg::Type> decode_recorded<msg::Type>(std::span<const std::uint8_t>);
+HECATON_TOPICS(HECATON_DECODE)
+#undef HECATON_DECODE
+
+}  // namespace hecaton::bus

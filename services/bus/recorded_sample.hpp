@@ -1,0 +1,22 @@
+#pragma once
+/// Decodes the samples of a recording. Include the message type's idl header beside this one.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "services/bus/topics.hpp"
+
+namespace hecaton::bus {
+
+template <class T>
+struct DecodedSample {
+  std::optional<T> value;     ///< empty: the bytes break a rule of the wire, or are of another schema version
+  bool other_schema = false;  ///< they are of another schema version
+};
+
+/// From CDR with its encapsulation, as RawSample::bytes. For the types of topics.hpp. Thread-safe.
+template <class T>
+[[nodiscard]] DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes);
+
+}  // namespace hecaton::bus

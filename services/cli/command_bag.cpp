@@ -1,0 +1,172 @@
+/// hecaton bag info|export: what a recording contains, and its messages as CSV.
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "services/cli/commands.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
+#include "services/config/text.hpp"
+#include "services/recorder/bag.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::optional<std::string> folder;
+  bool csv = false;
+};
+
+/// Why the file is not whole, as sentences; empty: it is.
+std::vector<std::string> damages_of(const recorder::McapReport& file) {
+  std::vector<std::string> sentences = file.damages;
+  if (file.cut) {
+    sentences.insert(sentences.begin(),
+                     "the recording has no end: its recorder was killed, had no room on the disk, or still writes");
+  }
+  return sentences;
+}
+
+/// After all that can be read was printed. Throws Failure (negative) when the file is not whole.
+ExitCode judge(const std::string& path, const recorder::McapReport& file) {
+  const std::vector<std::string> damages = damages_of(file);
+  if (damages.empty()) return ExitCode::kDone;
+  std::string more;
+  if (damages.size() > 1) more = " (and " + std::to_string(damages.size() - 1) + " more)";
+  throw Failure(ExitCode::kNegative, path + ": " + damages.front() + more + "; the " + std::to_string(file.messages) +
+                                         " messages that its CRCs prove were read");
+}
+
+/// Messages a second, on average over the recording.
+double rate_of(const recorder::TopicFigures& topic, const recorder::BagInfo& info) {
+  return info.duration() > 0.0 ? static_cast<double>(topic.messages) / info.duration() : 0.0;
+}
+
+/// "12 kB", "34.5 MB"
+std::string size_text(std::uint64_t bytes) {
+  constexpr double kMegabytes = 1e7;
+  const auto size = static_cast<double>(bytes);
+  return size < kMegabytes ? decimal_text(size * 1e-3, 0) + " kB" : bytes_text(size);
+}
+
+Json info_json(const recorder::BagInfo& info) {
+  Json topics = Json::array();
+  for (const auto& [name, topic] : info.topics) {
+    topics.push_back({{"topic", name},
+                      {"schema", topic.schema},
+                      {"encoding", topic.encoding},
+                      {"messages", topic.messages},
+                      {"bytes", topic.bytes},
+                      {"rate_hz", rate_of(topic, info)},
+                      {"first_ns", topic.first},
+                      {"last_ns", topic.last},
+                      {"writers", topic.nodes}});
+  }
+  Json losses = Json::object();
+  for (const auto& [name, topic] : info.losses) losses[name] = topic.fields();
+  Json attachments = Json::array();
+  for (const recorder::BagFile& file : info.attachments) {
+    attachments.push_back({{"name", file.name}, {"media_type", file.media_type}, {"bytes", file.bytes}});
+  }
+  return {{"cell", info.cell ? Json(*info.cell) : Json(nullptr)},
+          {"bytes", info.file.bytes},
+          {"messages", info.file.messages},
+          {"duration_s", info.duration()},
+          {"first_ns", info.first},
+          {"last_ns", info.last},
+          {"whole", info.file.whole()},
+          {"damages", damages_of(info.file)},
+          {"losses", info.has_losses ? losses : Json(nullptr)},
+          {"attachments", attachments},
+          {"topics", topics}};
+}
+
+std::string losses_text(const recorder::BagInfo& info) {
+  if (!info.has_losses) return "losses: unknown, the recording has no report\n";
+  std::string text;
+  for (const auto& [name, topic] : info.losses) {
+    if (topic.any()) text += "  " + name + ": " + topic.text() + "\n";
+  }
+  return text.empty() ? "losses: none\n" : "losses:\n" + text;
+}
+
+std::string info_text(const recorder::BagInfo& info) {
+  std::string text = "cell " + info.cell.value_or("unknown") + ", " + duration_text(info.duration()) + ", " +
+                     std::to_string(info.file.messages) + " messages, " + size_text(info.file.bytes) + "\n";
+  Table table({{"topic"}, {"messages", Align::kRight}, {"rate", Align::kRight}, {"size", Align::kRight}, {"writers"}});
+  for (const auto& [name, topic] : info.topics) {
+    std::string nodes;
+    for (const std::string& node : topic.nodes) nodes += (nodes.empty() ? "" : ", ") + node;
+    table.add({name, std::to_string(topic.messages), decimal_text(rate_of(topic, info), 1) + "/s",
+               size_text(topic.bytes), nodes});
+  }
+  text += table.text(Palette::for_stream(stdout)) + losses_text(info);
+  for (const recorder::BagFile& file : info.attachments) {
+    text += "attached: " + file.name + ", " + size_text(file.bytes) + "\n";
+  }
+  return text;
+}
+
+ExitCode show_info(const Settings& settings, const Options& options) {
+  try {
+    const recorder::BagInfo info = recorder::bag_info(options.file);
+    print(settings, info_json(info), info_text(info));
+    return judge(options.file, info.file);
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kBadInput, error.what());
+  }
+}
+
+ExitCode export_bag(const Settings& settings, const Options& options) {
+  if (!options.csv) throw Failure(ExitCode::kUsage, "bag export needs the format: --csv");
+  if (!options.folder) throw Failure(ExitCode::kUsage, "bag export needs the folder to write into: -o DIR");
+  try {
+    const recorder::ExportReport report = recorder::export_csv(options.file, *options.folder);
+    Json files = Json::array();
+    Table table({{"file"}, {"rows", Align::kRight}});
+    for (const auto& [name, topic] : report.topics) {
+      files.push_back({{"file", topic.file}, {"topic", name}, {"rows", topic.rows}, {"skipped", topic.skipped}});
+      table.add({topic.file, std::to_string(topic.rows)});
+      if (topic.skipped == 0) continue;
+      std::fprintf(stderr, "hecaton: %s messages of %s have no row: %s\n", std::to_string(topic.skipped).c_str(),
+                   name.c_str(), topic.reason.c_str());
+    }
+    print(settings, {{"files", files}}, table.text(Palette::for_stream(stdout)));
+    return judge(options.file, report.file);
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kBadInput, error.what());
+  }
+}
+
+CLI::App* add_file_command(CLI::App& app, const char* name, const char* description, Options& options) {
+  CLI::App* command = app.add_subcommand(name, description);
+  command->add_option("FILE", options.file, "recording (.mcap)")->required();
+  return command;
+}
+
+}  // namespace
+
+void add_bag(CLI::App& app, Session& session) {
+  CLI::App* bag = app.add_subcommand("bag", "Shows or converts a recording");
+  bag->require_subcommand(1);
+  auto options = std::make_shared<Options>();
+  CLI::App* info = add_file_command(*bag, "info", "Shows topics, rates, losses and attached files", *options);
+  info->footer("Exit code 1: the recording has no end or is damaged; what its CRCs prove is shown.");
+  info->callback(
+      [&session, options] { session.action = [&session, options] { return show_info(session.settings, *options); }; });
+  CLI::App* exporter = add_file_command(*bag, "export", "Writes a CSV file for each topic", *options);
+  exporter->add_option("-o,--folder", options->folder, "folder of the files; existing files stay")->type_name("DIR");
+  exporter->add_flag("--csv", options->csv, "comma-separated values (RFC 4180), one row a message");
+  exporter->footer(
+      "The first columns are the time of arrival and the time of writing [ns since 1970] and the writer. Then come the "
+      "fields of docs/reference/topics.md; an enumerator is its number, counted from 0.");
+  exporter->callback(
+      [&session, options] { session.action = [&session, options] { return export_bag(session.settings, *options); }; });
+}
+
+}  // namespace hecaton::services::cli

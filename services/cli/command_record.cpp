@@ -1,0 +1,144 @@
+/// hecaton record: records all topics of a running cell.
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "services/cli/commands.hpp"
+#include "services/command_line/document.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/config/text.hpp"
+#include "services/recorder/recorder.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+constexpr double kLongest = 1e7;  // [s], four months
+
+struct Options {
+  std::string cell;
+  std::optional<std::string> file;
+  std::optional<std::string> split_size;
+  double duration = 0.0;    ///< [s]; 0: until a signal
+  double split_time = 0.0;  ///< [s]; 0: never
+  double keep = 0.0;        ///< [s]; 0: all
+};
+
+/// The bytes of "500MB". Throws Failure.
+std::uint64_t parse_size(const std::string& text) {
+  constexpr std::array<std::pair<std::string_view, double>, 3> kUnits{{{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}}};
+  for (const auto& [unit, factor] : kUnits) {
+    if (!std::string_view(text).ends_with(unit)) continue;
+    const auto number = config::parse_number(std::string_view(text).substr(0, text.size() - unit.size()));
+    if (number && *number * factor >= 1e5 && *number * factor <= 1e15) {
+      return static_cast<std::uint64_t>(*number * factor);
+    }
+  }
+  throw Failure(ExitCode::kBadInput, "--split-size '" + config::printable(text) +
+                                         "' must be a number with its unit (kB, MB, GB) from 100kB to 1000000GB");
+}
+
+std::chrono::nanoseconds seconds(double value) {
+  return nanoseconds(value);
+}
+
+recorder::RecordingOptions recording_of(const Options& options) {
+  if (!options.file) throw Failure(ExitCode::kUsage, "record needs the file to write: -o FILE.mcap");
+  recorder::RecordingOptions recording;
+  recording.path = *options.file;
+  if (options.split_size) recording.split_bytes = parse_size(*options.split_size);
+  recording.split_time = seconds(options.split_time);
+  recording.keep = seconds(options.keep);
+  return recording;
+}
+
+/// Each topic with losses, and their sum.
+struct Losses {
+  Json topics = Json::object();
+  std::string text;
+  bool any = false;
+};
+
+Losses losses_of(const std::vector<recorder::TopicLosses>& all) {
+  Losses losses;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const recorder::TopicLosses& topic = all[i];
+    if (!topic.any()) continue;
+    const std::string name(bus::kTopics[i].type);
+    losses.any = true;
+    losses.topics[name] = topic.fields();
+    losses.text += "  " + name + ": " + topic.text() + "\n";
+  }
+  return losses;
+}
+
+void print_result(const Settings& settings, const recorder::Recorder& recorder) {
+  const recorder::Recording& recording = recorder.recording();
+  const Losses losses = losses_of(recorder.losses());
+  const double duration = std::chrono::duration<double>(recorder.duration()).count();
+  const Json json{{"files", recording.files()},
+                  {"messages", recording.messages()},
+                  {"bytes", recording.bytes()},
+                  {"duration_s", duration},
+                  {"losses", losses.topics}};
+  std::string table = "recorded " + std::to_string(recording.messages()) + " messages in " + duration_text(duration) +
+                      ", " + bytes_text(static_cast<double>(recording.bytes())) + "\n";
+  for (const std::string& file : recording.files()) table += "  " + file + "\n";
+  table += losses.any ? "not recorded:\n" + losses.text : "nothing was lost\n";
+  print(settings, json, table);
+}
+
+ExitCode run(const Settings& settings, const Options& options) {
+  const std::string cell = options.cell.empty() ? settings.cell_file : options.cell;
+  if (cell.empty()) throw Failure(ExitCode::kUsage, "record needs the cell file, as CELL, --cell or HECATON_CELL");
+  const recorder::RecordingOptions recording = recording_of(options);
+  const config::CellFile file = config::load_cell_file(cell);
+  ServiceOptions service;
+  service.domain = settings.domain;
+  const int domain = choose_domain(service, file.network.domain);
+  const ShutdownSignal shutdown(ShutdownSignal::Second::kEndsProcess);
+  recorder::Recorder recorder(file, service, recording, shutdown);
+  std::fprintf(stderr, "recording cell %s, domain %d, into %s; Ctrl-C ends it\n", file.cell.name.c_str(), domain,
+               recorder.recording().files().back().c_str());
+  try {
+    recorder.run(seconds(options.duration));
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kNegative, error.what());
+  }
+  print_result(settings, recorder);
+  if (recorder.recording().messages() > 0) return ExitCode::kDone;
+  throw Failure(ExitCode::kUnreachable, "nothing was received: no cell " + file.cell.name + " runs in domain " +
+                                            std::to_string(domain) + "; start it, or give its --domain");
+}
+
+}  // namespace
+
+void add_record(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("record", "Records all topics of a running cell into a file, until Ctrl-C");
+  auto options = std::make_shared<Options>();
+  command->add_option("CELL", options->cell, "cell file (YAML) (--cell or HECATON_CELL)");
+  command->add_option("-o,--file", options->file, "the recording to write (.mcap); an existing file stays")
+      ->type_name("FILE");
+  add_duration(*command, "--duration", options->duration, "end after this time (Ctrl-C)", 0.1, kLongest);
+  command
+      ->add_option("--split-size", options->split_size, "begin another file above this size, such as 500MB (one file)")
+      ->type_name("SIZE");
+  add_duration(*command, "--split-time", options->split_time, "begin another file after this time (one file)", 1.0,
+               kLongest);
+  add_duration(*command, "--keep", options->keep, "keep only the last files: those that ended within this time (all)",
+               1.0, kLongest);
+  command->footer(
+      "With --split-size, --split-time or --keep the files are FILE-0001.mcap and so on. --keep removes only files of "
+      "this recording. A recording that ends without Ctrl-C, at a power cut or kill -9, lacks a second at most.");
+  command->callback(
+      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,56 @@
+/// hecaton view: runs hecaton-view in place of this process.
+
+#include <memory>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "services/cli/commands.hpp"
+#include "services/cli/running_cell.hpp"
+#include "services/command_line/options.hpp"
+#include "services/command_line/program.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+struct Options {
+  std::string cell;
+  std::string listen;
+  std::optional<std::uint64_t> port;
+};
+
+/// Does not return; throws Failure when the view cannot be run.
+ExitCode become_view(const Settings& settings, const Options& options) {
+  const std::string cell = options.cell.empty() ? settings.cell_file : options.cell;
+  if (cell.empty()) {
+    throw Failure(ExitCode::kUsage, "view needs the cell file, as CELL, --cell or HECATON_CELL: it has the robots");
+  }
+  std::vector<std::string> words{cell};
+  if (settings.domain) words.insert(words.end(), {"--domain", std::to_string(*settings.domain)});
+  if (!options.listen.empty()) words.insert(words.end(), {"--listen", options.listen});
+  if (options.port) words.insert(words.end(), {"--port", std::to_string(*options.port)});
+  become("hecaton-view", std::move(words));
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Session& session) {
+  CLI::App* command = app.add_subcommand("view", "Serves a page that shows a running cell, until Ctrl-C");
+  auto options = std::make_shared<Options>();
+  command->add_option("CELL", options->cell, "cell file (YAML) (--cell or HECATON_CELL)");
+  command
+      ->add_option("--listen", options->listen,
+                   "IPv4 address of the page (the cell file's, or 127.0.0.1: this host alone)")
+      ->type_name("ADDRESS");
+  add_whole_number(
+      *command, "--port", [options](std::uint64_t port) { options->port = port; },
+      "port of the page, 0 to 65535; 0: a free one (the cell file's, or 8000 + DDS domain)", 0, 65535);
+  command->footer(
+      "The address of the page is the first line of the output. The page only shows: it gives no orders. It has no "
+      "password: with --listen, any program on that network can read the cell's states.");
+  command->callback([&session, options] {
+    session.action = [&session, options] { return become_view(session.settings, *options); };
+  });
+}
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,114 @@
+#include "services/cli/pose_finder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "planner/cell_defaults.hpp"
+#include "planner/model/kinematics.hpp"
+
+namespace hecaton::services::cli {
+namespace {
+
+using planner::JointVector;
+
+/// Clearances to other arms and obstacles that a chosen pose should have, the widest first [m].
+constexpr std::array<double, 4> kWanted = {0.08, 0.05, 0.03, 0.015};
+/// Clearance to other arms and obstacles with which a robot's own pose is taken [m].
+constexpr double kOwnPoseClearance = 0.03;
+constexpr double kApart = 0.5;  ///< least distance of other poses from `home` in joint space [rad | m]
+constexpr double kPlainAngle = 0.25 * std::numbers::pi;  ///< chosen poses have multiples of it where they can [rad]
+constexpr double kPlainLength = 0.05;                    ///< the same of sliding joints [m]
+constexpr double kWider = 1.05;                          ///< a plainer pose may be wider by this factor
+
+/// The greatest distance of a link or the tool from the base [m].
+double width(const planner::Arm& model, const JointVector& q) {
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*model.model, model.X_WB, q, kinematics);
+  double farthest = (kinematics.X_WT.translation() - model.X_WB.translation()).norm();
+  for (int link = 0; link < kinematics.links; ++link) {
+    farthest = std::max(farthest, (kinematics.X_WL[link].translation() - model.X_WB.translation()).norm());
+  }
+  return farthest;
+}
+
+/// Moves joints to zero, or to round positions, where the pose still fits and is not wider.
+JointVector plain(const planner::Arm& model, JointVector q, const auto& fits) {
+  const double widest = kWider * width(model, q);
+  for (const planner::Link& link : model.model->links) {
+    if (link.joint < 0) continue;
+    const double step = link.joint_type == planner::JointType::kPrismatic ? kPlainLength : kPlainAngle;
+    const double found = q[link.joint];
+    for (const double position : {0.0, std::round(found / step) * step}) {
+      q[link.joint] = position;
+      const bool within = position >= model.limits.lower[link.joint] && position <= model.limits.upper[link.joint];
+      if (within && width(model, q) <= widest && fits(q)) break;
+      q[link.joint] = found;
+    }
+  }
+  return q;
+}
+
+}  // namespace
+
+PoseFinder::PoseFinder(const std::vector<planner::Arm>& arms, std::vector<world::Obstacle> obstacles)
+    : obstacles_(std::move(obstacles)) {
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    geometries_.emplace_back(arms, static_cast<int>(i));
+    geometries_.back().set_obstacles(obstacles_);
+    postures_.push_back(planner::compact_postures(arms[i]));
+  }
+}
+
+std::optional<std::vector<JointVector>> PoseFinder::find(const std::vector<planner::Arm>& arms,
+                                                         const std::string& name) const {
+  std::vector<JointVector> poses;
+  Placed placed;
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    const auto pose = find_one(arms[i], static_cast<int>(i), name, placed);
+    if (!pose) return std::nullopt;
+    placed.push_back(bodies(static_cast<int>(i), *pose));
+    poses.push_back(*pose);
+  }
+  return poses;
+}
+
+std::vector<config::PosedBody> PoseFinder::bodies(int arm, const JointVector& q) const {
+  return config::place_arm(obstacles_, geometries_[arm], arm, q);
+}
+
+bool PoseFinder::clear(int arm, const JointVector& q, const Placed& placed, double of_itself, double of_others) const {
+  const planner::CellGeometry& geometry = geometries_[arm];
+  const auto own = bodies(arm, q);
+  if (config::nearest_self_pair(own, geometry, of_itself).found) return false;
+  for (int i = 0; i < static_cast<int>(obstacles_.size()); ++i) {
+    const auto obstacle = config::place_obstacle(geometry, obstacles_[i], i);
+    if (config::nearest_pair(own, obstacle, of_others, true).found) return false;
+  }
+  return std::none_of(placed.begin(), placed.end(), [&](const std::vector<config::PosedBody>& other) {
+    return config::nearest_pair(own, other, of_others, false).found;
+  });
+}
+
+std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int arm, const std::string& name,
+                                                const Placed& placed) const {
+  if (const auto own = model.named.find(name); own != model.named.end()) {
+    if (clear(arm, own->second, placed, 0.0, kOwnPoseClearance)) return own->second;
+  }
+  const auto home = model.named.find("home");
+  const auto usable = [&](const JointVector& q) {
+    return name == "home" || home == model.named.end() || (q - home->second).norm() >= kApart;
+  };
+  for (const double clearance : kWanted) {
+    const auto fits = [&](const JointVector& q) {
+      return usable(q) && clear(arm, q, placed, 0.25 * clearance, clearance);
+    };
+    const auto found = std::find_if(postures_[arm].begin(), postures_[arm].end(), fits);
+    if (found != postures_[arm].end()) return plain(model, *found, fits);
+  }
+  return std::nullopt;
+}
+
+}  // namespace hecaton::services::cli

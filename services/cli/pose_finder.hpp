@@ -1,0 +1,39 @@
+#pragma once
+/// Poses for the draft of a cell: compact, clear, and with round numbers where they can have them.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/collision/cell_geometry.hpp"
+#include "planner/model/arm.hpp"
+#include "services/config/overlaps.hpp"
+
+namespace hecaton::services::cli {
+
+/// Chooses poses of the arms that are clear of themselves, of obstacles, and of other arms in the pose of that name.
+/// Deterministic.
+class PoseFinder {
+ public:
+  PoseFinder(const std::vector<planner::Arm>& arms, std::vector<world::Obstacle> obstacles);
+
+  /// For each arm its own pose `name` if that is clear, else one that is; empty when an arm has none. `arms`: those of
+  /// the constructor, with the poses that they have by now. Other poses than `home` are not near `home`.
+  [[nodiscard]] std::optional<std::vector<planner::JointVector>> find(const std::vector<planner::Arm>& arms,
+                                                                      const std::string& name) const;
+
+ private:
+  using Placed = std::vector<std::vector<config::PosedBody>>;  ///< of the arms that have a pose
+
+  [[nodiscard]] std::vector<config::PosedBody> bodies(int arm, const planner::JointVector& q) const;
+  [[nodiscard]] bool clear(int arm, const planner::JointVector& q, const Placed& placed, double of_itself,
+                           double of_others) const;
+  [[nodiscard]] std::optional<planner::JointVector> find_one(const planner::Arm& model, int arm,
+                                                             const std::string& name, const Placed& placed) const;
+
+  std::vector<world::Obstacle> obstacles_;
+  std::vector<planner::CellGeometry> geometries_;
+  std::vector<std::vector<planner::JointVector>> postures_;  ///< of each arm, the most compact first
+};
+
+}  // namespace hecaton::services::cli

@@ -1,0 +1,187 @@
+/// Session and NativeGoal as classes of `_hecaton`.
+
+#include <limits>
+
+#include "services/python/bindings.hpp"
+#include "services/python/casters.hpp"
+#include "services/python/session.hpp"
+
+namespace hecaton::python {
+namespace {
+
+using Limit = std::optional<double>;
+
+/// None: no limit.
+Seconds limit_of(const Limit& timeout) {
+  return timeout ? Seconds(*timeout) : kForever;
+}
+
+/// Sends a goal to a named pose, joint positions or a pose of the tool.
+NativeGoal send(const std::shared_ptr<Session>& session, const std::string& arm, const py::object& target,
+                const GoalOptions& options) {
+  if (py::isinstance<py::str>(target)) {
+    const auto named = target.cast<std::string>();
+    return {session, session->send(arm, [&](const Arm& handle) { return handle.go_to(named, options); })};
+  }
+  if (py::isinstance<Pose>(target)) {
+    const auto pose = target.cast<Pose>();
+    return {session, session->send(arm, [&](const Arm& handle) { return handle.go_to(pose, options); })};
+  }
+  const auto q = numbers_in(target);
+  if (!q) {
+    throw InvalidArgument(
+        "a goal must be the name of a pose, a sequence or one-dimensional array of joint positions, "
+        "or a hecaton.Pose");
+  }
+  return {session, session->send(arm, [&](const Arm& handle) { return handle.go_to(*q, options); })};
+}
+
+enum class Order { kHold, kResume, kStop };
+
+Receipt give(Session& session, Order order, const std::vector<std::string>& arms, const Limit& timeout) {
+  return session.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+    switch (order) {
+      case Order::kHold:
+        return cell.hold(arms, wait);
+      case Order::kResume:
+        return cell.resume(arms, wait);
+      case Order::kStop:
+        return cell.stop(arms, wait);
+    }
+    return Receipt{};
+  });
+}
+
+void bind_edits(py::class_<Session, std::shared_ptr<Session>>& session) {
+  session
+      .def(
+          "add",
+          [](Session& self, const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion,
+             const Limit& timeout) {
+            return self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              return cell.world().add(name, shape, pose, motion, wait);
+            });
+          },
+          py::arg("name"), py::arg("shape"), py::arg("pose"), py::arg("motion"), py::arg("timeout"))
+      .def(
+          "move",
+          [](Session& self, const std::string& name, const Pose& pose, const Limit& timeout) {
+            return self.call(limit_of(timeout),
+                             [&](const Cell& cell, const Wait& wait) { return cell.world().move(name, pose, wait); });
+          },
+          py::arg("name"), py::arg("pose"), py::arg("timeout"))
+      .def(
+          "remove",
+          [](Session& self, const std::string& name, const Limit& timeout) {
+            return self.call(limit_of(timeout),
+                             [&](const Cell& cell, const Wait& wait) { return cell.world().remove(name, wait); });
+          },
+          py::arg("name"), py::arg("timeout"))
+      .def(
+          "attach",
+          [](Session& self, const std::string& arm, const std::string& object, const Limit& timeout) {
+            return self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              return cell.world().attach(arm, object, wait);
+            });
+          },
+          py::arg("arm"), py::arg("object"), py::arg("timeout"))
+      .def(
+          "detach",
+          [](Session& self, const std::string& arm, const std::string& object, const Limit& timeout) {
+            return self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              return cell.world().detach(arm, object, wait);
+            });
+          },
+          py::arg("arm"), py::arg("object"), py::arg("timeout"))
+      .def(
+          "obstacles",
+          [](Session& self, const Limit& timeout) {
+            return self.look(limit_of(timeout),
+                             [](const Cell& cell, const Wait& wait) { return cell.world().obstacles(wait); });
+          },
+          py::arg("timeout"));
+}
+
+}  // namespace
+
+void bind_session(py::module_& module) {
+  py::class_<NativeGoal>(module, "NativeGoal", "A sent goal.")
+      .def_property_readonly("id", &NativeGoal::id)
+      .def(
+          "wait",
+          [](const NativeGoal& goal, const Limit& timeout) {
+            return goal.session().wait(goal.id(), limit_of(timeout));
+          },
+          py::arg("timeout"))
+      .def("progress", [](const NativeGoal& goal) { return goal.session().progress(goal.id()); })
+      .def("cancel", [](const NativeGoal& goal) { goal.session().cancel(goal.id()); })
+      .def("watch", [](const NativeGoal& goal) { goal.session().watch(goal.id()); });
+
+  py::class_<Session, std::shared_ptr<Session>> session(module, "Session", "A connection to a running cell.");
+  session
+      .def_static(
+          "connect",
+          [](std::optional<std::string> cell_file, std::optional<int> domain, const Limit& timeout) {
+            return Session::connect({std::move(cell_file), domain}, limit_of(timeout));
+          },
+          py::arg("cell_file"), py::arg("domain"), py::arg("timeout"))
+      .def(
+          "go_to",
+          [](const std::shared_ptr<Session>& self, const std::string& arm, const py::object& target,
+             const Limit& time_limit, FreeRotation free_rotation, double position_tolerance,
+             double orientation_tolerance) {
+            GoalOptions options;
+            options.time_limit = limit_of(time_limit);
+            options.free_rotation = free_rotation;
+            options.position_tolerance = position_tolerance;
+            options.orientation_tolerance = orientation_tolerance;
+            return send(self, arm, target, options);
+          },
+          py::arg("arm"), py::arg("target"), py::arg("time_limit"), py::arg("free_rotation"),
+          py::arg("position_tolerance"), py::arg("orientation_tolerance"))
+      .def(
+          "arm_state",
+          [](Session& self, const std::string& arm, const Limit& timeout) {
+            return self.look(limit_of(timeout),
+                             [&](const Cell& cell, const Wait& wait) { return cell.arm(arm).state(wait); });
+          },
+          py::arg("arm"), py::arg("timeout"))
+      .def(
+          "newest_goal",
+          [](Session& self, const std::string& arm) {
+            return self.look(Seconds::zero(), [&](const Cell& cell, const Wait&) { return cell.arm(arm).goal(); });
+          },
+          py::arg("arm"))
+      .def(
+          "status",
+          [](Session& self, const Limit& timeout) {
+            return self.call(limit_of(timeout), [](const Cell& cell, const Wait& wait) { return cell.status(wait); });
+          },
+          py::arg("timeout"))
+      .def(
+          "hold",
+          [](Session& self, const std::vector<std::string>& arms, const Limit& timeout) {
+            return give(self, Order::kHold, arms, timeout);
+          },
+          py::arg("arms"), py::arg("timeout"))
+      .def(
+          "resume",
+          [](Session& self, const std::vector<std::string>& arms, const Limit& timeout) {
+            return give(self, Order::kResume, arms, timeout);
+          },
+          py::arg("arms"), py::arg("timeout"))
+      .def(
+          "stop",
+          [](Session& self, const std::vector<std::string>& arms, const Limit& timeout) {
+            return give(self, Order::kStop, arms, timeout);
+          },
+          py::arg("arms"), py::arg("timeout"))
+      .def("faults", &Session::faults)
+      .def("watch_faults", &Session::watch_faults)
+      .def("next_event", &Session::next_event)
+      .def("close", &Session::close)
+      .def_property_readonly("closed", &Session::closed);
+  bind_edits(session);
+}
+
+}  // namespace hecaton::python

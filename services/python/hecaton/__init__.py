@@ -1,0 +1,28 @@
+"""Hecaton for Python: drive a running cell of robot arms, and plan without one.
+
+    import hecaton
+
+    with hecaton.connect("deploy/cells/three_puma.yaml") as cell:
+        cell.world.add("crate", hecaton.Box(0.2, 0.2, 0.2), hecaton.Pose.xyz(1.5, 1.5, 0.1))
+        cell.arm("north").go_to("ready").wait(60)
+
+Units are SI: metres, radians, seconds, kilograms. Poses are in the frame W of the cell. Joint vectors are NumPy arrays
+from base to tip. Failures are exceptions of hecaton.errors, with `kind` and `subject` for programs.
+"""
+
+from ._hecaton import (
+    ARM_MODES, CAUSE_KINDS, CELL_MODES, FREE_ROTATIONS, GOAL_STATES, NODE_KINDS, NODE_STATES, SEVERITIES, ArmState,
+    ArmStatus, Binding, Box, Capsule, Cause, CellStatus, Circle, ContactReport, ConvexHull, Conveyor, Cylinder, Dynamic,
+    Fault, NearestPose, NodeStatus, ObstacleState, Outcome, PlanAnswer, Pose, Progress, Receipt, Sine, Sphere, Static, ToolError)
+from .errors import Closed, Error, GoalFailed, InvalidArgument, NoAnswer, Rejected, Unreachable, WaitTimeout
+from .live import ANSWER_LIMIT, Arm, Cell, Goal, World, connect
+from .offline import ArmModel, CellFile, Finding, Limits, MissedTask, Separation, SimulationReport, load
+
+__all__ = [
+    "ANSWER_LIMIT", "ARM_MODES", "Arm", "ArmModel", "ArmState", "ArmStatus", "Binding", "Box", "CAUSE_KINDS",
+    "CELL_MODES", "Capsule", "Cause", "Cell", "CellFile", "CellStatus", "Circle", "Closed", "ContactReport",
+    "ConvexHull", "Conveyor", "Cylinder", "Dynamic", "Error", "FREE_ROTATIONS", "Fault", "Finding", "GOAL_STATES",
+    "Goal", "GoalFailed", "InvalidArgument", "Limits", "MissedTask", "NODE_KINDS", "NODE_STATES", "NearestPose",
+    "NoAnswer", "NodeStatus", "ObstacleState", "Outcome", "PlanAnswer", "Pose", "Progress", "Receipt", "Rejected",
+    "SEVERITIES", "Separation", "SimulationReport", "Sine", "Sphere", "Static", "ToolError", "Unreachable",
+    "WaitTimeout", "World", "connect", "load"]

@@ -1,0 +1,385 @@
+"""A running cell: arms, goals, obstacles, faults, hold, resume and stop."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import queue
+import time
+import weakref
+from typing import AsyncIterator, Callable, Iterable, Iterator, Sequence, Union
+
+import numpy as np
+
+from . import _hecaton
+from ._events import Events
+from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt
+from .errors import GoalFailed, InvalidArgument, WaitTimeout
+
+__all__ = ["Cell", "Arm", "Goal", "World", "connect", "ANSWER_LIMIT"]
+
+ANSWER_LIMIT = 2.0
+"""Default time limit of requests, orders and edits [s]."""
+
+Target = Union[str, Pose, Sequence[float], np.ndarray]
+Shape = Union[_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull]
+Motion = Union[_hecaton.Static, _hecaton.Conveyor, _hecaton.Sine, _hecaton.Circle, _hecaton.Dynamic]
+
+
+class _Link:
+    """Owns a session. It is closed when the last cell, arm and goal have gone, and before the interpreter ends."""
+
+    __slots__ = ("session", "events", "close", "__weakref__")
+
+    def __init__(self, session: _hecaton.Session) -> None:
+        self.session = session
+        self.events = Events(session)
+        self.close = weakref.finalize(self, self.events.close)
+
+
+class Goal:
+    """A goal of one arm. Losing the object does not cancel the goal: the arm continues.
+
+    `await goal` waits in asyncio and returns the outcome, as `wait` does in other code.
+    """
+
+    __slots__ = ("_link", "_native", "_arm")
+
+    def __init__(self, link: _Link, native: _hecaton.NativeGoal, arm: str) -> None:
+        self._link = link
+        self._native = native
+        self._arm = arm
+
+    @property
+    def id(self) -> str:
+        """Identifier, unique among the goals of the arm."""
+        return self._native.id
+
+    @property
+    def arm(self) -> str:
+        """Name of the arm."""
+        return self._arm
+
+    @property
+    def progress(self) -> Progress | None:
+        """The newest progress; None until a planner has answered. Does not wait."""
+        return self._native.progress()
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the goal stands now. Does not wait and raises no GoalFailed."""
+        return self._native.wait(0.0)
+
+    def wait(self, timeout: float | None = None, *, check: bool = True) -> Outcome:
+        """Waits until the goal has ended, for at most `timeout` [s], and returns its outcome.
+
+        With `check`, raises GoalFailed for a goal that ended unreached, and WaitTimeout for one that continues. Ctrl-C
+        ends the wait; the goal continues.
+        """
+        return self._checked(self._native.wait(timeout), check)
+
+    async def ended(self, timeout: float | None = None, *, check: bool = True) -> Outcome:
+        """The same for asyncio. A cancelled task leaves the goal as it is: see cancel()."""
+        waiter = _Ended(asyncio.get_running_loop())
+        self._link.events.subscribe(self._native, waiter)
+        try:
+            await asyncio.wait_for(waiter.future, timeout)
+        except asyncio.TimeoutError:
+            pass
+        finally:
+            self._link.events.unsubscribe(self.id, waiter)
+        return self._checked(self._native.wait(0.0), check)
+
+    def __await__(self):
+        return self.ended().__await__()
+
+    def cancel(self) -> None:
+        """Cancels the goal: the arm brakes. Does not wait: the outcome becomes cancelled when the planner confirms."""
+        self._native.cancel()
+
+    def on_progress(self, callback: Callable[[Progress], None]) -> None:
+        """Calls `callback` with the newest progress and each later one, until the goal ends.
+
+        It runs in a thread of the connection, one callback after the other; it may wait, but then it delays the next.
+        The newest progress may come again when another subscription to the goal begins.
+        """
+        self._link.events.subscribe(self._native, _Callback(callback))
+
+    def updates(self) -> Iterator[Progress]:
+        """Iterates over the progress from the newest to the last: `for progress in goal.updates()`."""
+        updates = _Updates()
+        self._link.events.subscribe(self._native, updates)
+        try:
+            while (progress := updates.queue.get()) is not None:
+                yield progress
+                if progress.ended:
+                    return
+        finally:
+            self._link.events.unsubscribe(self.id, updates)
+
+    async def __aiter__(self) -> AsyncIterator[Progress]:
+        """The same for asyncio: `async for progress in goal`."""
+        updates = _AsyncUpdates(asyncio.get_running_loop())
+        self._link.events.subscribe(self._native, updates)
+        try:
+            while (progress := await updates.queue.get()) is not None:
+                yield progress
+                if progress.ended:
+                    return
+        finally:
+            self._link.events.unsubscribe(self.id, updates)
+
+    def _checked(self, outcome: Outcome, check: bool) -> Outcome:
+        if not check or outcome:
+            return outcome
+        cause = outcome.cause
+        kind = cause.kind if cause else outcome.kind
+        subject = cause.subject if cause else ""
+        failure = GoalFailed if outcome.ended else WaitTimeout
+        raise failure(f"goal of arm {self.arm}: {outcome}", kind, subject or self.arm, outcome)
+
+    def __repr__(self) -> str:
+        return f"<hecaton.Goal {self.id} of arm {self.arm}>"
+
+
+class Arm:
+    """A handle to one arm."""
+
+    __slots__ = ("_link", "_name")
+
+    def __init__(self, link: _Link, name: str) -> None:
+        self._link = link
+        self._name = name
+
+    @property
+    def name(self) -> str:
+        """Name in the cell file."""
+        return self._name
+
+    def go_to(self, target: Target, *, time_limit: float | None = None, free_rotation: str = "none",
+              position_tolerance: float = 1e-3, orientation_tolerance: float = 8.72665e-3) -> Goal:
+        """Sends a goal and returns at once. It replaces the present goal of the arm, also that of another client.
+
+        `target` is the name of a pose of the cell file, joint positions from base to tip [rad | m], or a Pose of the
+        tool frame in W. The planner ends the goal after `time_limit` [s]. For a Pose: `free_rotation` is none, roll,
+        pitch, yaw or all; tolerances in [m] and [rad].
+        """
+        native = self._link.session.go_to(self._name, target, time_limit, free_rotation, position_tolerance,
+                                          orientation_tolerance)
+        return Goal(self._link, native, self._name)
+
+    def state(self, timeout: float | None = ANSWER_LIMIT) -> ArmState:
+        """The last measured state, with its age. The first call waits until a state has arrived."""
+        return self._link.session.arm_state(self._name, timeout)
+
+    @property
+    def goal(self) -> Progress | None:
+        """Progress of the arm's newest goal, of any client, as far as received; Cell.status() updates it."""
+        return self._link.session.newest_goal(self._name)
+
+    def hold(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Brakes the arm and keeps its goal."""
+        return self._link.session.hold([self._name], timeout)
+
+    def resume(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Ends hold and stop of this arm."""
+        return self._link.session.resume([self._name], timeout)
+
+    def stop(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """As hold, latched until resume."""
+        return self._link.session.stop([self._name], timeout)
+
+    def __repr__(self) -> str:
+        return f"<hecaton.Arm {self._name}>"
+
+
+class World:
+    """The obstacles of a cell. An edit returns when it is made; a rejected edit raises Rejected and changes nothing."""
+
+    __slots__ = ("_link",)
+
+    def __init__(self, link: _Link) -> None:
+        self._link = link
+
+    def add(self, name: str, shape: Shape, pose: Pose, motion: Motion | None = None, *,
+            timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Adds an obstacle. `name` must be unique; `pose` is that of its frame in W; without `motion` it stays."""
+        return self._link.session.add(name, shape, pose, motion or _hecaton.Static(), timeout)
+
+    def move(self, name: str, pose: Pose, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Moves an obstacle to `pose` in W and ends its scripted motion."""
+        return self._link.session.move(name, pose, timeout)
+
+    def remove(self, name: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Removes an obstacle."""
+        return self._link.session.remove(name, timeout)
+
+    def attach(self, arm: str, obstacle: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Attaches an obstacle to the tool of an arm at its present pose, at most 0.1 m from the tool."""
+        return self._link.session.attach(arm, obstacle, timeout)
+
+    def detach(self, arm: str, obstacle: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Detaches an obstacle at its present pose. Dynamic obstacles fall."""
+        return self._link.session.detach(arm, obstacle, timeout)
+
+    def obstacles(self, timeout: float | None = ANSWER_LIMIT) -> list[ObstacleState]:
+        """All obstacles, with their age. The first call waits until their states have arrived."""
+        return self._link.session.obstacles(timeout)
+
+
+class Cell:
+    """A connection to a running cell; connect() makes it. Usable from any thread.
+
+    As a context manager it closes itself at the end. Keep one connection for the whole life of a program.
+    """
+
+    __slots__ = ("_link", "_world")
+
+    def __init__(self, link: _Link) -> None:
+        self._link = link
+        self._world = World(link)
+
+    @property
+    def world(self) -> World:
+        """The obstacles."""
+        return self._world
+
+    def arm(self, name: str) -> Arm:
+        """A handle to an arm. Does not check the name: a goal of an unknown arm stays unanswered."""
+        return Arm(self._link, name)
+
+    def arms(self, timeout: float | None = ANSWER_LIMIT) -> list[Arm]:
+        """All arms, in the order of the cell file. Requests the status from the supervisor."""
+        return [self.arm(status.name) for status in self.status(timeout).arms]
+
+    def status(self, timeout: float | None = ANSWER_LIMIT) -> CellStatus:
+        """Requests the status from the supervisor."""
+        return self._link.session.status(timeout)
+
+    def hold(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Brakes all arms, or those named, and keeps their goals. Returns when the order was carried out."""
+        return self._link.session.hold(_names(arms), timeout)
+
+    def resume(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Ends hold and stop. Arms that were stopped by name must be resumed by name."""
+        return self._link.session.resume(_names(arms), timeout)
+
+    def stop(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """As hold, latched until resume."""
+        return self._link.session.stop(_names(arms), timeout)
+
+    def faults(self) -> list[Fault]:
+        """Faults received so far. The first call subscribes to faults; status() updates them. Does not wait."""
+        return self._link.session.faults()
+
+    def on_fault(self, callback: Callable[[Fault], None] | None) -> None:
+        """Calls `callback` with each present fault, and with each that begins, changes or is cleared. None: no calls.
+
+        It replaces the earlier callback, and runs in a thread of the connection, like that of Goal.on_progress.
+        """
+        self._link.events.on_fault(callback)
+
+    def wait_all(self, goals: Iterable[Goal], timeout: float | None = None, *, check: bool = True) -> list[Outcome]:
+        """Waits until all goals have ended, for at most `timeout` [s]. Outcomes in the same order; `check` as in wait."""
+        end = None if timeout is None else time.monotonic() + timeout
+        pending = list(goals)
+        outcomes = [goal.wait(None if end is None else end - time.monotonic(), check=False) for goal in pending]
+        return [goal._checked(outcome, check) for goal, outcome in zip(pending, outcomes)]
+
+    def close(self) -> None:
+        """Closes the connection. Goals continue; waits of other threads raise Closed. Waits until a planner has
+        answered each goal, for at most 2 s."""
+        self._link.close()
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<hecaton.Cell{' (closed)' if self._link.session.closed else ''}>"
+
+
+def connect(cell_file: str | os.PathLike[str] | None = None, *, domain: int | None = None,
+            timeout: float | None = ANSWER_LIMIT) -> Cell:
+    """Connects to the running cell of a cell file, or to the only one in a DDS domain.
+
+    `domain`: None: the environment variable HECATON_DOMAIN, else the cell file's domain, else 42. Returns when the
+    supervisor or the world service is found, and raises Unreachable when none is within `timeout` [s].
+    """
+    path = None if cell_file is None else os.fspath(cell_file)
+    return Cell(_Link(_hecaton.Session.connect(path, domain, timeout)))
+
+
+def _names(arms: Iterable[str] | None) -> list[str]:
+    """An empty list is an order for the whole cell, which the caller of an empty selection does not want."""
+    if arms is None:
+        return []
+    names = [arms] if isinstance(arms, str) else list(arms)
+    if not names:
+        raise InvalidArgument("arms is empty: name at least one arm, or omit it for the whole cell", "invalid_value")
+    return names
+
+
+class _Callback:
+    def __init__(self, callback: Callable[[Progress], None]) -> None:
+        self.progress = callback
+
+    def closed(self) -> None:
+        pass
+
+
+class _Updates:
+    """Progress for an iterator of another thread."""
+
+    def __init__(self) -> None:
+        self.queue: queue.SimpleQueue[Progress | None] = queue.SimpleQueue()
+
+    def progress(self, progress: Progress) -> None:
+        self.queue.put(progress)
+
+    def closed(self) -> None:
+        self.queue.put(None)
+
+
+class _InLoop:
+    """Calls functions in the thread of an event loop."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+
+    def _soon(self, function: Callable[..., None], *arguments: object) -> None:
+        try:
+            self._loop.call_soon_threadsafe(function, *arguments)
+        except RuntimeError:
+            pass  # the loop is closed: its tasks have ended
+
+
+class _AsyncUpdates(_InLoop):
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(loop)
+        self.queue: asyncio.Queue[Progress | None] = asyncio.Queue()
+
+    def progress(self, progress: Progress) -> None:
+        self._soon(self.queue.put_nowait, progress)
+
+    def closed(self) -> None:
+        self._soon(self.queue.put_nowait, None)
+
+
+class _Ended(_InLoop):
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(loop)
+        self.future: asyncio.Future[None] = loop.create_future()
+
+    def progress(self, progress: Progress) -> None:
+        if progress.ended:
+            self._soon(self._set)
+
+    def closed(self) -> None:
+        self._soon(self._set)
+
+    def _set(self) -> None:
+        if not self.future.done():
+            self.future.set_result(None)

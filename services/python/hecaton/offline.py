@@ -1,0 +1,199 @@
+"""A cell file without a network: checks, kinematics, distances, plans and simulations."""
+
+from __future__ import annotations
+
+import os
+from typing import Mapping, NamedTuple, Sequence, Union
+
+import numpy as np
+
+from . import _hecaton
+from ._hecaton import PlanAnswer, Pose
+from .errors import InvalidArgument
+
+__all__ = ["CellFile", "ArmModel", "Finding", "Limits", "MissedTask", "Separation", "SimulationReport", "load"]
+
+Joints = Union[str, Sequence[float], np.ndarray]
+
+
+class Finding(NamedTuple):
+    """A sentence of `hecaton check`; `severity` is error, warning or note."""
+
+    severity: str
+    text: str
+
+
+class Separation(NamedTuple):
+    """Two bodies, such as "north/forearm" and "post", and their distance [m]; negative: depth of penetration."""
+
+    a: str
+    b: str
+    distance: float
+
+
+class Limits(NamedTuple):
+    """Limits of the joints from base to tip [rad | m and per second], NumPy arrays."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+
+
+class MissedTask(NamedTuple):
+    """A simulated task that was not reached."""
+
+    episode: int
+    arm: str
+    reason: str
+
+
+class SimulationReport(NamedTuple):
+    """Sums over all simulated tasks. `duration` is virtual [s]; `reach_times` are those of the reached goals [s]."""
+
+    tasks: int
+    reached: int
+    blocked: int
+    timed_out: int
+    not_drawn: int
+    contacts: int
+    duration: float
+    reach_times: np.ndarray
+    smallest: Separation | None
+    missed: list[MissedTask]
+
+
+class ArmModel:
+    """An arm of a cell file: its joints and its kinematics. A configuration may be the name of a pose."""
+
+    __slots__ = ("_model", "_name", "_poses")
+
+    def __init__(self, model: _hecaton.CellModel, name: str) -> None:
+        self._model = model
+        self._name = name
+        self._poses: dict[str, np.ndarray] = model.poses(name)
+
+    @property
+    def name(self) -> str:
+        """Name in the cell file."""
+        return self._name
+
+    @property
+    def joint_names(self) -> list[str]:
+        """From base to tip."""
+        return self._model.joint_names(self._name)
+
+    @property
+    def limits(self) -> Limits:
+        """The URDF's, tightened by the cell file."""
+        return Limits(**self._model.limits(self._name))
+
+    @property
+    def poses(self) -> dict[str, np.ndarray]:
+        """Named joint positions [rad | m]."""
+        return dict(self._poses)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Where the arm starts [rad | m]."""
+        return self._model.start(self._name)
+
+    def forward(self, q: Joints) -> Pose:
+        """The pose of the tool frame in W."""
+        return self._model.forward(self._name, self._joints(q))
+
+    def links(self, q: Joints) -> dict[str, Pose]:
+        """The poses of all link frames in W, by name."""
+        return self._model.links(self._name, self._joints(q))
+
+    def jacobian(self, q: Joints) -> np.ndarray:
+        """Shape (6, joints): angular, then linear velocity of the tool frame in W for each joint rate."""
+        return self._model.jacobian(self._name, self._joints(q))
+
+    def inverse(self, pose: Pose, *, start: Joints | None = None, free_rotation: str = "none",
+                position_tolerance: float = 1e-4, orientation_tolerance: float = 1e-3, collision_free: bool = True,
+                seeds: int = 32) -> np.ndarray | None:
+        """Joint positions within the limits that bring the tool frame to `pose` in W; None when none is found.
+
+        The search begins at `start` (where the arm starts), then at `seeds` random configurations; it is deterministic.
+        `collision_free`: clear of the arm itself, of obstacles, and of links of other arms that no joint moves.
+        """
+        begin = None if start is None else self._joints(start)
+        return self._model.inverse(self._name, pose, begin, free_rotation, position_tolerance, orientation_tolerance,
+                                   collision_free, seeds)
+
+    def _joints(self, q: Joints) -> Sequence[float] | np.ndarray:
+        if not isinstance(q, str):
+            return q
+        if q not in self._poses:
+            raise InvalidArgument(f"arm {self._name} has no pose '{q}'; its poses are {', '.join(self._poses)}", "unknown_name", q)
+        return self._poses[q]
+
+    def __repr__(self) -> str:
+        return f"<hecaton.ArmModel {self._name}>"
+
+
+class CellFile:
+    """A loaded cell file; load() makes it. Constant. Usable from any thread."""
+
+    __slots__ = ("_model",)
+
+    def __init__(self, model: _hecaton.CellModel) -> None:
+        self._model = model
+
+    @property
+    def name(self) -> str:
+        """Name of the cell."""
+        return self._model.name
+
+    @property
+    def arms(self) -> list[ArmModel]:
+        """All arms, in the order of the file."""
+        return [self.arm(name) for name in self._model.arms]
+
+    @property
+    def obstacles(self) -> list[str]:
+        """Names of the obstacles."""
+        return self._model.obstacles
+
+    def arm(self, name: str) -> ArmModel:
+        """An arm by its name."""
+        return ArmModel(self._model, name)
+
+    def check(self) -> list[Finding]:
+        """What `hecaton check` finds in the file, errors first; without its draw of a task."""
+        return [Finding(*finding) for finding in self._model.check()]
+
+    def nearest(self, positions: Mapping[str, Joints] | None = None) -> Separation:
+        """The nearest pair of bodies that can move relative to each other, with obstacles where they start.
+
+        `positions`: joint positions by arm. Other arms are where they start.
+        """
+        return Separation(*self._model.nearest(self._positions(positions)))
+
+    def plan(self, goal: Mapping[str, Joints], start: Mapping[str, Joints] | None = None, *, method: str | None = None,
+             seed: int = 1, budget: float = 10.0, clearance: float = 0.0) -> PlanAnswer:
+        """Plans a path around obstacles and other arms, for one arm or for several together.
+
+        `goal`: joint positions by arm. `start`: of any arm, also of one that stays; without it an arm starts as in the
+        file. `method`: a global planner, such as rrt_connect. `budget`: time limit [s]. `clearance`: distance kept [m].
+        """
+        return self._model.plan(self._positions(goal), self._positions(start), method, seed, budget, clearance)
+
+    def simulate(self, tasks: int = 100, *, seed: int = 1, threads: int = 1) -> SimulationReport:
+        """Simulates random conflicting tasks in virtual time, as `hecaton simulate` does. The same seed, the same report."""
+        values = self._model.simulate(tasks, seed, threads)
+        values["smallest"] = None if values["smallest"] is None else Separation(*values["smallest"])
+        values["missed"] = [MissedTask(*task) for task in values["missed"]]
+        return SimulationReport(**values)
+
+    def _positions(self, positions: Mapping[str, Joints] | None) -> dict[str, Sequence[float] | np.ndarray]:
+        return {name: self.arm(name)._joints(q) for name, q in (positions or {}).items()}
+
+    def __repr__(self) -> str:
+        return f"<hecaton.CellFile {self.name}>"
+
+
+def load(path: str | os.PathLike[str]) -> CellFile:
+    """Loads a cell file with its URDFs. Raises InvalidArgument, with file and key, for one that cannot start."""
+    return CellFile(_hecaton.CellModel.load(os.fspath(path)))

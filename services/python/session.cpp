@@ -1,0 +1,132 @@
+#include "services/python/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace hecaton::python {
+
+namespace py = pybind11;
+using Clock = std::chrono::steady_clock;
+
+std::shared_ptr<Session> Session::connect(const ConnectOptions& options, Seconds limit) {
+  Cell cell = run_interruptibly(std::stop_token(), [&](std::stop_token stop) {
+    return Cell::connect(options, Wait{limit, std::move(stop)});
+  });
+  // The last Python object that holds the session destroys it, with the interpreter lock.
+  return std::shared_ptr<Session>(new Session(std::move(cell)));
+}
+
+Session::Call::Call(Session& session) : session_(session) {
+  const std::lock_guard lock(session_.mutex_);
+  ++session_.calls_[std::this_thread::get_id()];
+}
+
+Session::Call::~Call() {
+  const std::lock_guard lock(session_.mutex_);
+  const auto own = session_.calls_.find(std::this_thread::get_id());
+  if (--own->second == 0) session_.calls_.erase(own);
+  session_.ended_.notify_all();
+}
+
+Cell Session::cell() const {
+  const std::lock_guard lock(mutex_);
+  if (!cell_) throw Closed();
+  return *cell_;
+}
+
+Goal Session::goal(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = goals_.find(id);
+  if (found == goals_.end()) throw Closed();
+  return found->second;
+}
+
+std::string Session::keep(const Goal& goal) {
+  const std::lock_guard lock(mutex_);
+  if (cell_) goals_.emplace(goal.id(), goal);
+  return goal.id();
+}
+
+Outcome Session::wait(const std::string& id, Seconds limit) {
+  const Unlocked<Goal> goal(this->goal(id));
+  const Call counted(*this);
+  const auto began = Clock::now();
+  while (true) {
+    const Seconds left = limit - Seconds(Clock::now() - began);
+    Outcome outcome;
+    {
+      const py::gil_scoped_release unlocked;
+      outcome = goal->wait({std::min(left, Seconds(kSignalPeriod)), closing_.get_token()});
+    }
+    if (outcome.kind == OutcomeKind::kInterrupted) throw Closed();
+    if (!(left > kSignalPeriod) || (outcome.progress && is_final(outcome.progress->state))) return outcome;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+std::optional<Progress> Session::progress(const std::string& id) const {
+  const Unlocked<Goal> goal(this->goal(id));
+  const py::gil_scoped_release unlocked;
+  return goal->progress();
+}
+
+void Session::cancel(const std::string& id) const {
+  const Unlocked<Goal> goal(this->goal(id));
+  const py::gil_scoped_release unlocked;
+  goal->cancel();
+}
+
+void Session::watch(const std::string& id) const {
+  const Unlocked<Goal> goal(this->goal(id));
+  const py::gil_scoped_release unlocked;
+  goal->on_progress([events = events_](const Progress& progress) { events->push(progress); });
+}
+
+void Session::forget(const std::string& id) {
+  decltype(goals_)::node_type dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    dropped = goals_.extract(id);
+  }
+  const py::gil_scoped_release unlocked;
+  dropped = {};
+}
+
+void Session::watch_faults() const {
+  const Unlocked<Cell> cell(this->cell());
+  const py::gil_scoped_release unlocked;
+  cell->on_fault([events = events_](const Fault& fault) { events->push(fault); });
+}
+
+std::vector<Fault> Session::faults() const {
+  const Unlocked<Cell> cell(this->cell());
+  const py::gil_scoped_release unlocked;
+  return cell->faults();
+}
+
+std::optional<Event> Session::next_event() const {
+  const py::gil_scoped_release unlocked;
+  return events_->pop();
+}
+
+void Session::close() {
+  const py::gil_scoped_release unlocked;
+  closing_.request_stop();
+  events_->close();
+  std::optional<Cell> cell;
+  decltype(goals_) goals;
+  {
+    // Threads of Python that wait in a call must leave it before the interpreter ends. A signal handler that runs
+    // during a call of this thread may close, too.
+    constexpr auto kLeaves = std::chrono::seconds(2);
+    std::unique_lock lock(mutex_);
+    cell = std::exchange(cell_, std::nullopt);
+    goals.swap(goals_);
+    ended_.wait_for(lock, kLeaves, [this] {
+      return std::all_of(calls_.begin(), calls_.end(),
+                         [](const auto& call) { return call.first == std::this_thread::get_id(); });
+    });
+  }
+}
+
+}  // namespace hecaton::python

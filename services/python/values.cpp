@@ -1,0 +1,369 @@
+/// Python classes of the values in <hecaton/types.hpp>.
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <hecaton/client.hpp>
+
+#include "services/python/bindings.hpp"
+#include "services/python/casters.hpp"
+
+namespace hecaton::python {
+namespace {
+
+/// "Sphere(radius=0.1)"
+std::string representation(const py::object& self) {
+  std::string text = py::str(py::type::of(self).attr("__name__"));
+  std::string separator = "(";
+  for (const py::handle name : self.attr("_fields")) {
+    text += separator + std::string(py::str(name)) + "=" + std::string(py::repr(self.attr(name)));
+    separator = ", ";
+  }
+  return text + ")";
+}
+
+/// A class whose objects are constant. Its `_fields` name what its representation shows.
+template <class T>
+class Value : public py::class_<T> {
+ public:
+  Value(py::module_& module, const char* name, const char* doc) : py::class_<T>(module, name, doc) {
+    this->attr("_fields") = fields_;
+    this->def("__repr__", &representation);
+  }
+  template <class Member>
+  Value& field(const char* name, Member T::*member, const char* doc) {
+    this->def_readonly(name, member, doc);
+    fields_.append(name);
+    return *this;
+  }
+  template <class Get>
+  Value& computed(const char* name, Get get, const char* doc) {
+    this->def_property_readonly(name, get, doc);
+    fields_.append(name);
+    return *this;
+  }
+
+ private:
+  py::list fields_;
+};
+
+/// None instead of a cause without a reason.
+std::optional<Cause> if_any(const Cause& cause) {
+  return cause ? std::optional(cause) : std::nullopt;
+}
+
+std::string name_of(OutcomeKind kind) {
+  switch (kind) {
+    case OutcomeKind::kReached:
+      return "reached";
+    case OutcomeKind::kRejected:
+      return "rejected";
+    case OutcomeKind::kCancelled:
+      return "cancelled";
+    case OutcomeKind::kReplaced:
+      return "replaced";
+    case OutcomeKind::kTimedOut:
+      return "timed_out";
+    case OutcomeKind::kBlocked:
+      return "blocked";
+    case OutcomeKind::kActive:
+      return "active";
+    case OutcomeKind::kUnanswered:
+      return "unanswered";
+    case OutcomeKind::kInterrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+Pose pose_of_matrix(const py::array_t<double, py::array::c_style | py::array::forcecast>& matrix) {
+  if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4) {
+    throw InvalidArgument("a pose matrix must have the shape (4, 4)");
+  }
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(matrix.data());
+  const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
+  constexpr double kTolerance = 1e-6;
+  if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance && R.determinant() > 0.0)) {
+    throw InvalidArgument("the upper left 3 × 3 block of a pose matrix must be a rotation");
+  }
+  const Eigen::Quaterniond rotation(R);
+  return {{X(0, 3), X(1, 3), X(2, 3)}, {rotation.w(), rotation.x(), rotation.y(), rotation.z()}};
+}
+
+py::array_t<double> matrix_of(const Pose& pose) {
+  py::array_t<double> matrix({4, 4});
+  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(matrix.mutable_data());
+  X.setIdentity();
+  X.topLeftCorner<3, 3>() =
+      Eigen::Quaterniond(pose.rotation[0], pose.rotation[1], pose.rotation[2], pose.rotation[3]).toRotationMatrix();
+  X.topRightCorner<3, 1>() << pose.position.x, pose.position.y, pose.position.z;
+  return matrix;
+}
+
+Pose make_pose(const Vector3& position, const std::array<double, 4>& rotation) {
+  double squared = 0.0;
+  for (const double number : rotation) squared += number * number;
+  constexpr double kTolerance = 1e-6;
+  if (!(std::abs(squared - 1.0) < kTolerance)) {
+    throw InvalidArgument("rotation must be a unit quaternion (w, x, y, z)");
+  }
+  return {position, rotation};
+}
+
+ConvexHull hull_of(const py::array_t<double, py::array::c_style | py::array::forcecast>& points) {
+  if (points.ndim() != 2 || points.shape(1) != 3) throw InvalidArgument("points must be an array of shape (N, 3)");
+  ConvexHull hull;
+  const auto rows = points.unchecked<2>();
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) hull.points.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
+  return hull;
+}
+
+py::array_t<double> points_of(const ConvexHull& hull) {
+  py::array_t<double> points({static_cast<py::ssize_t>(hull.points.size()), py::ssize_t{3}});
+  auto rows = points.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    const Vector3& point = hull.points[static_cast<std::size_t>(i)];
+    rows(i, 0) = point.x;
+    rows(i, 1) = point.y;
+    rows(i, 2) = point.z;
+  }
+  return points;
+}
+
+void bind_pose(py::module_& module) {
+  Value<Pose>(module, "Pose", "Pose of a frame, in the frame W of the cell unless stated otherwise.")
+      .field("position", &Pose::position, "x, y, z [m], a NumPy array")
+      .computed(
+          "rotation", [](const Pose& pose) { return array_of(pose.rotation); },
+          "unit quaternion w, x, y, z, a NumPy array")
+      .def(py::init(&make_pose), py::arg("position") = Vector3{}, py::arg("rotation") = std::array{1.0, 0.0, 0.0, 0.0},
+           "A pose from x, y, z [m] and a unit quaternion w, x, y, z.")
+      .def_static("xyz", &Pose::xyz, py::arg("x"), py::arg("y"), py::arg("z"), "A pose without rotation [m].")
+      .def_static("xyz_rpy", &Pose::xyz_rpy, py::arg("x"), py::arg("y"), py::arg("z"), py::arg("roll"),
+                  py::arg("pitch"), py::arg("yaw"),
+                  "Roll, pitch and yaw [rad] are rotations about the fixed axes x, y, z, in this order, as in URDF.")
+      .def_static("from_matrix", &pose_of_matrix, py::arg("matrix"), "A pose from a homogeneous 4 × 4 matrix.")
+      .def_property_readonly("matrix", &matrix_of, "homogeneous 4 × 4 matrix, a NumPy array");
+}
+
+void bind_shapes(py::module_& module) {
+  Value<Box>(module, "Box", "A cuboid, centred at the origin of the obstacle.")
+      .field("x", &Box::x, "full size along x [m]")
+      .field("y", &Box::y, "full size along y [m]")
+      .field("z", &Box::z, "full size along z [m]")
+      .def(py::init([](double x, double y, double z) {
+             return Box{x, y, z};
+           }),
+           py::arg("x"), py::arg("y"), py::arg("z"));
+  Value<Sphere>(module, "Sphere", "A ball.")
+      .field("radius", &Sphere::radius, "[m]")
+      .def(py::init([](double radius) { return Sphere{radius}; }), py::arg("radius"));
+  Value<Cylinder>(module, "Cylinder", "A cylinder about z.")
+      .field("radius", &Cylinder::radius, "[m]")
+      .field("height", &Cylinder::height, "[m]")
+      .def(py::init([](double radius, double height) {
+             return Cylinder{radius, height};
+           }),
+           py::arg("radius"), py::arg("height"));
+  Value<Capsule>(module, "Capsule", "A cylinder about z with a half ball at each end.")
+      .field("radius", &Capsule::radius, "[m]")
+      .field("length", &Capsule::length, "between the centres of the caps [m]")
+      .def(py::init([](double radius, double length) {
+             return Capsule{radius, length};
+           }),
+           py::arg("radius"), py::arg("length"));
+  Value<ConvexHull>(module, "ConvexHull",
+                    "The convex hull of points. A hull of more than 64 vertices becomes one of 64 that encloses it.")
+      .computed("points", &points_of, "in the obstacle's frame, shape (N, 3) [m]")
+      .def(py::init(&hull_of), py::arg("points"),
+           "The hull of an array of shape (N, 3) [m], such as a mesh's vertices.");
+}
+
+void bind_motions(py::module_& module) {
+  Value<Static>(module, "Static", "Stays where it is.").def(py::init());
+  Value<Conveyor>(module, "Conveyor", "Moves along a straight line; repeats from the beginning after `length`.")
+      .field("velocity", &Conveyor::velocity, "in W [m/s]")
+      .field("length", &Conveyor::length, "[m]")
+      .def(py::init([](const Vector3& velocity, double length) {
+             return Conveyor{velocity, length};
+           }),
+           py::arg("velocity"), py::arg("length"));
+  Value<Sine>(module, "Sine", "Sinusoidal motion along a line.")
+      .field("amplitude", &Sine::amplitude, "in W [m]")
+      .field("period", &Sine::period, "of one oscillation [s]")
+      .def(py::init([](const Vector3& amplitude, Seconds period) {
+             return Sine{amplitude, period};
+           }),
+           py::arg("amplitude"), py::arg("period"));
+  Value<Circle>(module, "Circle", "Moves on a circle about an axis along z of W.")
+      .field("centre", &Circle::centre, "in W [m]")
+      .field("angular_speed", &Circle::angular_speed, "[rad/s]")
+      .def(py::init([](const Vector3& centre, double angular_speed) {
+             return Circle{centre, angular_speed};
+           }),
+           py::arg("centre"), py::arg("angular_speed"));
+  Value<Dynamic>(module, "Dynamic", "A rigid body that falls and is pushed.")
+      .field("mass", &Dynamic::mass, "[kg]")
+      .def(py::init([](double mass) { return Dynamic{mass}; }), py::arg("mass"));
+}
+
+void bind_progress(py::module_& module) {
+  Value<Cause>(module, "Cause", "The reason of a state, a fault or a rejection. Programs evaluate kind and subject.")
+      .field("kind", &Cause::kind, "a word, such as 'path_blocked'")
+      .field("subject", &Cause::subject, "name of a node, host, arm, obstacle, joint or link; empty: none")
+      .field("text", &Cause::text, "one sentence for people")
+      .def("__str__", [](const Cause& cause) { return cause.text; });
+  Value<Binding>(module, "Binding", "The pair of bodies whose distance limits the motion.")
+      .field("own", &Binding::own, "'north/forearm'")
+      .field("other", &Binding::other, "'west/wrist' or 'pallet'")
+      .field("distance", &Binding::distance, "[m]");
+  Value<ToolError>(module, "ToolError", "How far the measured tool frame is from a pose goal.")
+      .field("position", &ToolError::position, "[m]")
+      .field("orientation", &ToolError::orientation, "without the free rotation [rad]");
+  Value<NearestPose>(module, "NearestPose",
+                     "What the arm can do at the position of a goal rejected for its orientation.")
+      .field("pose", &NearestPose::pose, "of the tool frame in W")
+      .field("angle", &NearestPose::angle, "from the orientation of the goal, without the free rotation [rad]");
+  Value<Progress>(module, "Progress", "Progress of a goal, as the planner of the arm reports it.")
+      .field("arm", &Progress::arm, "name in the cell file")
+      .field("goal", &Progress::goal, "identifier, unique among the goals of the arm")
+      .field("state", &Progress::state,
+             "accepted, active, blocked, reached, rejected, cancelled, replaced or timed_out")
+      .computed(
+          "cause", [](const Progress& progress) { return if_any(progress.cause); },
+          "why it is blocked, or why it ended unreached; None: no reason")
+      .field("binding", &Progress::binding, "limits the motion now; None: no pair")
+      .field("recovery_action", &Progress::recovery_action, "of the planner while the arm is blocked, for people")
+      .field("blocked_duration", &Progress::blocked_duration, "since the arm last moved freely [s]")
+      .field("distance", &Progress::distance, "from the goal in joint space [rad | m]")
+      .field("elapsed", &Progress::elapsed, "since the planner accepted the goal [s]")
+      .computed(
+          "q_goal", [](const Progress& progress) { return array_of(progress.q_goal); },
+          "target joint positions, a NumPy array; empty until they are known [rad | m]")
+      .field("planner", &Progress::planner, "node that reports the progress")
+      .field("note", &Progress::note, "what the planner changed in the goal, for people; empty: nothing")
+      .field("tool_error", &Progress::tool_error, "measured; None: no pose goal, or not measured yet")
+      .field("nearest", &Progress::nearest, "with the cause 'goal_orientation'")
+      .def_property_readonly(
+          "ended", [](const Progress& progress) { return is_final(progress.state); }, "the state is the last one");
+  Value<Outcome>(module, "Outcome", "How a goal stands at the end of a wait. True if the goal was reached.")
+      .computed(
+          "kind", [](const Outcome& outcome) { return name_of(outcome.kind); },
+          "reached, rejected, cancelled, replaced, timed_out; or blocked, active, unanswered: the goal continues")
+      .computed(
+          "cause", [](const Outcome& outcome) { return if_any(outcome.cause()); },
+          "of the newest progress; None: no reason")
+      .field("progress", &Outcome::progress, "the newest; None: no planner has answered")
+      .def_property_readonly(
+          "ended",
+          [](const Outcome& outcome) {
+            return outcome.kind != OutcomeKind::kInterrupted && outcome.progress && is_final(outcome.progress->state);
+          },
+          "the goal has ended")
+      .def("__bool__", [](const Outcome& outcome) { return static_cast<bool>(outcome); })
+      .def("__str__", &Outcome::text);
+}
+
+void bind_states(py::module_& module) {
+  Value<ArmState>(module, "ArmState", "The state of an arm as its driver measured it.")
+      .field("mode", &ArmState::mode, "of its driver")
+      .computed(
+          "cause", [](const ArmState& state) { return if_any(state.cause); },
+          "why it brakes or does not follow commands; None: no reason")
+      .computed(
+          "q", [](const ArmState& state) { return array_of(state.q); },
+          "joint positions from base to tip, a NumPy array [rad | m]")
+      .computed(
+          "qd", [](const ArmState& state) { return array_of(state.qd); },
+          "joint velocities, a NumPy array [rad/s | m/s]")
+      .field("carried", &ArmState::carried, "names of the objects attached to the tool")
+      .field("age", &ArmState::age, "since the state was received [s]; in a CellStatus: by the supervisor");
+  Value<ObstacleState>(module, "ObstacleState", "The state of an obstacle as the world service publishes it.")
+      .field("name", &ObstacleState::name, "unique in the cell")
+      .field("pose", &ObstacleState::pose, "in W")
+      .field("velocity", &ObstacleState::velocity, "of the frame's origin, in W, a NumPy array [m/s]")
+      .field("attached_to", &ObstacleState::attached_to, "arm that carries it; None: no arm")
+      .field("age", &ObstacleState::age, "since the state was received [s]");
+  Value<Receipt>(module, "Receipt", "The result of an order or an edit that was carried out.")
+      .field("edition", &Receipt::edition, "number of edits of the scene so far; 0 for an order")
+      .computed(
+          "warning", [](const Receipt& receipt) { return if_any(receipt.warning); },
+          "set when the process that carried it out would lose it by a restart");
+}
+
+void bind_status(py::module_& module) {
+  Value<Fault>(module, "Fault", "A fault that the supervisor has detected.")
+      .field("id", &Fault::id, "unique for each occurrence")
+      .field("severity", &Fault::severity, "of the fault")
+      .field("cause", &Fault::cause, "kind, faulty component, and a sentence")
+      .field("cleared", &Fault::cleared, "the cause has ended");
+  Value<ContactReport>(module, "ContactReport", "Contacts and separations since the cell was started.")
+      .field("contacts", &ContactReport::contacts, "number of contacts that began")
+      .field("smallest", &ContactReport::smallest, "the smallest separation; None: no pair was checked");
+  Value<ArmStatus>(module, "ArmStatus", "The status of an arm as its supervisor reports it.")
+      .field("name", &ArmStatus::name, "in the cell file")
+      .field("mode", &ArmStatus::mode, "run, hold or stop: the stricter of cell and arm")
+      .field("driver_alive", &ArmStatus::driver_alive, "heartbeats of its driver arrive")
+      .field("planner_alive", &ArmStatus::planner_alive, "heartbeats of the planner in charge arrive")
+      .field("state", &ArmStatus::state, "None: the supervisor has received none")
+      .field("goal", &ArmStatus::goal, "the newest; None: none")
+      .computed(
+          "waiting_for", [](const ArmStatus& status) { return if_any(status.waiting_for); },
+          "why the arm waits; None while it moves");
+  Value<NodeStatus>(module, "NodeStatus", "The status of a process of the cell.")
+      .field("name", &NodeStatus::name, "unique in the cell")
+      .field("kind", &NodeStatus::kind, "what it does")
+      .field("state", &NodeStatus::state, "as its heartbeats say")
+      .field("host", &NodeStatus::host, "on which it runs")
+      .field("alive", &NodeStatus::alive, "its heartbeats arrive")
+      .computed(
+          "cause", [](const NodeStatus& status) { return if_any(status.cause); },
+          "why it is degraded or has failed; None: it is not")
+      .field("age", &NodeStatus::age, "since the supervisor received its last heartbeat [s]; negative: none received");
+  Value<CellStatus>(module, "CellStatus", "The status of a cell as its supervisor reports it.")
+      .field("cell", &CellStatus::cell, "name in the cell file")
+      .field("mode", &CellStatus::mode, "run, hold or stop")
+      .computed(
+          "cause", [](const CellStatus& status) { return if_any(status.cause); }, "why the mode is not run")
+      .field("held_arms", &CellStatus::held_arms, "by name or by a fault")
+      .field("stopped_arms", &CellStatus::stopped_arms, "by name")
+      .field("supervisor", &CellStatus::supervisor, "node that leads")
+      .field("standby", &CellStatus::standby, "node that is ready to take over; None: none")
+      .field("arms", &CellStatus::arms, "all arms of the cell")
+      .field("nodes", &CellStatus::nodes, "all processes of the cell")
+      .field("faults", &CellStatus::faults, "present faults, then the latest cleared ones")
+      .field("contacts", &CellStatus::contacts, "None: the supervisor has received none");
+}
+
+template <class Enum>
+py::tuple words() {
+  py::list words;
+  constexpr std::uint32_t kMost = 256;
+  for (std::uint32_t i = 0; i < kMost; ++i) {
+    const auto word = name_of(static_cast<Enum>(i));
+    if (word == "unknown") break;
+    words.append(std::string(word));
+  }
+  return py::tuple(words);
+}
+
+}  // namespace
+
+void bind_values(py::module_& module) {
+  bind_pose(module);
+  bind_shapes(module);
+  bind_motions(module);
+  bind_progress(module);
+  bind_states(module);
+  bind_status(module);
+  module.attr("CAUSE_KINDS") = words<CauseKind>();
+  module.attr("GOAL_STATES") = words<GoalState>();
+  module.attr("ARM_MODES") = words<ArmMode>();
+  module.attr("CELL_MODES") = words<CellMode>();
+  module.attr("FREE_ROTATIONS") = words<FreeRotation>();
+  module.attr("NODE_KINDS") = words<NodeKind>();
+  module.attr("NODE_STATES") = words<NodeState>();
+  module.attr("SEVERITIES") = words<Severity>();
+}
+
+}  // namespace hecaton::python

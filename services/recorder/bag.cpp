@@ -1,0 +1,176 @@
+#include "services/recorder/bag.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include <nlohmann/json.hpp>
+
+#include "services/recorder/cdr_columns.hpp"
+#include "services/recorder/recording.hpp"
+
+namespace hecaton::services::recorder {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kTopicPrefix = "hecaton/";
+constexpr std::string_view kTypePrefix = "hecaton::msg::";
+
+std::string metadata(const McapChannel& channel, const char* key) {
+  const auto found = channel.metadata.find(key);
+  return found == channel.metadata.end() ? std::string() : found->second;
+}
+
+/// The message also stands in the file before, or is older.
+bool is_repeated(const McapChannel& channel) {
+  return metadata(channel, "repeated") == "true";
+}
+
+/// Reads what Recorder::report() writes; leaves out what it does not understand.
+void take_report(ByteSpan text, BagInfo& info) {
+  const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (!json.is_object()) return;
+  if (const auto cell = json.find("cell"); cell != json.end() && cell->is_string()) info.cell = *cell;
+  const auto topics = json.find("topics");
+  if (topics == json.end() || !topics->is_object()) return;
+  info.has_losses = true;
+  for (const auto& [name, figures] : topics->items()) {
+    const auto count = [&](const char* key) {
+      const auto found = figures.find(key);
+      return found != figures.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0U;
+    };
+    info.losses[name] = {count("received"), count("missing"), count("lost"), count("overflowed"), count("refused")};
+  }
+}
+
+/// The rule of the messages of a channel; null: they are none of Hecaton's.
+const bus::TopicRule* rule_of(const McapChannel& channel) {
+  if (channel.encoding != "cdr" || !channel.schema || !channel.topic.starts_with(kTopicPrefix)) return nullptr;
+  const std::string_view name = channel.schema->name;
+  return name.starts_with(kTypePrefix) ? bus::topic_rule(name.substr(kTypePrefix.size())) : nullptr;
+}
+
+/// The CSV file of one topic.
+struct Sheet {
+  explicit Sheet(const bus::TopicRule& rule) : columns(rule) {}
+  CdrColumns columns;
+  std::ofstream file;
+};
+
+class Export {
+ public:
+  Export(const std::string& path, const std::string& folder) : path_(path), folder_(folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error) throw RecordingError(folder + " cannot be made: " + error.message() + "; name another folder");
+  }
+
+  ExportReport run() {
+    // The longest sequences decide how many columns there are.
+    const McapReport measured = read_mcap(path_, {[this](const McapMessage& message) { measure(message); }, {}});
+    for (auto& [topic, sheet] : sheets_) begin(topic, *sheet);
+    report_.file = read_mcap(path_, {[this](const McapMessage& message) { put(message); }, {}}, measured.bytes);
+    for (auto& [topic, sheet] : sheets_) {
+      sheet->file.close();
+      if (!sheet->file) fail(report_.topics[topic].file, "cannot be written");
+    }
+    return std::move(report_);
+  }
+
+ private:
+  [[noreturn]] static void fail(const std::string& file, const std::string& what) {
+    throw RecordingError(file + " " + what + "; name another folder");
+  }
+
+  void measure(const McapMessage& message) {
+    const bus::TopicRule* rule = rule_of(*message.channel);
+    if (rule == nullptr || is_repeated(*message.channel)) return;
+    auto& sheet = sheets_[message.channel->topic];
+    if (!sheet) sheet = std::make_unique<Sheet>(*rule);
+    static_cast<void>(sheet->columns.measure(message.data));
+  }
+
+  void begin(const std::string& topic, Sheet& sheet) {
+    ExportedTopic& exported = report_.topics[topic];
+    std::string name = topic.substr(kTopicPrefix.size());
+    std::replace(name.begin(), name.end(), '/', '_');
+    exported.file = (folder_ / (name + ".csv")).string();
+    if (std::filesystem::exists(exported.file)) fail(exported.file, "exists already");
+    sheet.file.open(exported.file, std::ios::binary);
+    if (!sheet.file) fail(exported.file, std::string("cannot be written: ") + std::strerror(errno));
+    std::vector<std::string> header{"log_time_ns", "publish_time_ns", "writer_node", "writer_guid"};
+    const std::vector<std::string> fields = sheet.columns.header();
+    header.insert(header.end(), fields.begin(), fields.end());
+    sheet.file << csv_line(header);
+  }
+
+  void put(const McapMessage& message) {
+    if (rule_of(*message.channel) == nullptr || is_repeated(*message.channel)) return;
+    const McapChannel& channel = *message.channel;
+    Sheet& sheet = *sheets_.at(channel.topic);
+    ExportedTopic& exported = report_.topics.at(channel.topic);
+    if (std::optional<std::string> reason = sheet.columns.measure(message.data)) {
+      ++exported.skipped;
+      exported.reason = std::move(*reason);
+      return;
+    }
+    std::vector<std::string> cells{std::to_string(message.log_time), std::to_string(message.publish_time),
+                                   metadata(channel, "node"), metadata(channel, "writer")};
+    std::vector<std::string> fields = sheet.columns.row(message.data);
+    std::move(fields.begin(), fields.end(), std::back_inserter(cells));
+    sheet.file << csv_line(cells);
+    ++exported.rows;
+  }
+
+  const std::string& path_;
+  std::filesystem::path folder_;
+  std::map<std::string, std::unique_ptr<Sheet>> sheets_;
+  ExportReport report_;
+};
+
+}  // namespace
+
+double BagInfo::duration() const {
+  return static_cast<double>(last - first) * 1e-9;
+}
+
+BagInfo bag_info(const std::string& path) {
+  BagInfo info;
+  const auto take_message = [&info](const McapMessage& message) {
+    const McapChannel& channel = *message.channel;
+    if (channel.topic == Recording::kReport) take_report(message.data, info);
+    if (is_repeated(channel)) return;
+    TopicFigures& topic = info.topics[channel.topic];
+    if (topic.messages++ == 0) {
+      topic.first = topic.last = message.log_time;
+      topic.schema = channel.schema ? channel.schema->name : "";
+      topic.encoding = channel.encoding;
+    }
+    topic.first = std::min(topic.first, message.log_time);
+    topic.last = std::max(topic.last, message.log_time);
+    topic.bytes += message.data.size();
+    if (const auto node = channel.metadata.find("node"); node != channel.metadata.end())
+      topic.nodes.insert(node->second);
+  };
+  const auto take_attachment = [&info](const McapAttachment& attachment) {
+    info.attachments.push_back({attachment.name, attachment.media_type, attachment.data.size()});
+  };
+  info.file = read_mcap(path, {take_message, take_attachment});
+  bool any = false;
+  for (const auto& [name, topic] : info.topics) {
+    info.first = any ? std::min(info.first, topic.first) : topic.first;
+    info.last = any ? std::max(info.last, topic.last) : topic.last;
+    any = true;
+  }
+  return info;
+}
+
+ExportReport export_csv(const std::string& path, const std::string& folder) {
+  return Export(path, folder).run();
+}
+
+}  // namespace hecaton::services::recorder

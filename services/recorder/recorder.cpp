@@ -1,0 +1,119 @@
+#include "services/recorder/recorder.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "services/bus/wire_rules.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/temporary_folder.hpp"
+
+namespace hecaton::services::recorder {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPeriod = 20ms;
+constexpr auto kReportPeriod = 1s;
+constexpr std::size_t kMostNodes = 65536;
+constexpr std::uintmax_t kLargestAttachment = std::uintmax_t{16} << 20U;
+
+std::string media_type(const std::filesystem::path& file) {
+  const std::string extension = file.extension().string();
+  if (extension == ".yaml" || extension == ".yml") return std::string(kYamlFile);
+  if (extension == ".urdf" || extension == ".xacro" || extension == ".srdf" || extension == ".xml") {
+    return "application/xml";
+  }
+  return "application/octet-stream";
+}
+
+template <class Id>
+Id participant_of(const bus::EndpointId& endpoint) {
+  Id id{};
+  std::copy_n(endpoint.bytes.begin(), id.size(), id.begin());
+  return id;
+}
+
+}  // namespace
+
+std::vector<AttachedFile> attachments_of(const config::CellFile& file) {
+  const TemporaryFolder copies;
+  file.sources.keep(copies.path());
+  const std::string cell = std::filesystem::absolute(file.path).lexically_normal().string();
+  std::vector<AttachedFile> attached;
+  for (const std::string& path : file.sources.read()) {
+    const std::filesystem::path copy = copies.path() / std::filesystem::path(path).relative_path();
+    std::error_code error;
+    if (std::filesystem::file_size(copy, error) > kLargestAttachment || error) continue;
+    std::ifstream stream(copy, std::ios::binary);
+    const auto place = path == cell ? attached.begin() : attached.end();
+    attached.insert(place, {path, media_type(path), std::string(std::istreambuf_iterator<char>(stream), {})});
+  }
+  return attached;
+}
+
+Recorder::Recorder(const config::CellFile& file, const ServiceOptions& options, const RecordingOptions& recording,
+                   const ShutdownSignal& shutdown)
+    : file_(file),
+      clock_offset_(std::chrono::system_clock::now().time_since_epoch() - bus::Clock::now().time_since_epoch()),
+      participant_(make_participant(file, options, Role::kViewer, "recorder", &mailbox_)),
+      loop_(kPeriod, shutdown),
+      recording_(recording, attachments_of(file), unix_time(began_)),
+      readers_(participant_, mailbox_, kMostWaiting) {}
+
+std::uint64_t Recorder::unix_time(bus::Clock::time_point time) const {
+  return static_cast<std::uint64_t>((time.time_since_epoch() + clock_offset_).count());
+}
+
+void Recorder::run(std::chrono::nanoseconds duration) {
+  while (loop_.next()) {
+    take();
+    recording_.keep_up(unix_time(loop_.now()));
+    if (duration.count() > 0 && loop_.now() - began_ >= duration) break;
+  }
+  take();
+  report_at_ = {};
+  report();
+  recording_.close();
+}
+
+void Recorder::take() {
+  std::vector<bus::RawSample> samples = readers_.take();
+  // Discovery has found the writer of a sample before the sample came.
+  for (const bus::Event& event : mailbox_.take_events()) {
+    if (event.kind != bus::EventKind::kParticipantFound || nodes_.size() >= kMostNodes) continue;
+    nodes_[participant_of<ParticipantId>(event.peer)] = bus::printable(event.key, bus::kLongestName);
+  }
+  for (bus::RawSample& sample : samples) {
+    losses_.note(sample);
+    RecordedSample recorded;
+    recorded.log_time = unix_time(sample.received);
+    const auto node = nodes_.find(participant_of<ParticipantId>(sample.writer));
+    if (node != nodes_.end()) recorded.node = node->second;
+    recorded.sample = std::move(sample);
+    recording_.write(std::move(recorded));
+  }
+  report();
+}
+
+void Recorder::report() {
+  const auto now = bus::Clock::now();
+  if (now < report_at_) return;
+  report_at_ = now + kReportPeriod;
+  std::vector<TopicLosses> losses = losses_.losses(readers_.counters());
+  if (losses == reported_) return;
+  reported_ = std::move(losses);
+  nlohmann::ordered_json json{{"cell", file_.cell.name},
+                              {"began_ns", unix_time(began_)},
+                              {"duration_s", std::chrono::duration<double>(now - began_).count()}};
+  for (std::size_t i = 0; i < reported_.size(); ++i) {
+    json["topics"][std::string(bus::kTopics[i].name)] = reported_[i].fields();
+  }
+  recording_.report(json.dump(), unix_time(now));
+}
+
+}  // namespace hecaton::services::recorder

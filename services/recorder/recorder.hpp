@@ -1,0 +1,71 @@
+#pragma once
+/// Records all topics of a running cell. It only receives; the cell does not know it.
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "services/bus/participant.hpp"
+#include "services/bus/raw_reader.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/recorder/losses.hpp"
+#include "services/recorder/recording.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/shutdown.hpp"
+
+namespace hecaton::services::recorder {
+
+/// For one thread.
+class Recorder {
+ public:
+  /// Samples that wait for the disk. More are dropped and counted [byte].
+  static constexpr std::size_t kMostWaiting = std::size_t{64} << 20U;
+
+  /// Joins the cell and creates the file. `file` and `shutdown` must outlive it. Throws std::runtime_error with a
+  /// sentence; RecordingError when the file cannot be created.
+  Recorder(const config::CellFile& file, const ServiceOptions& options, const RecordingOptions& recording,
+           const ShutdownSignal& shutdown);
+
+  /// Records until `shutdown` was requested or `duration` has passed (0: no end), and closes the file. Throws
+  /// RecordingError when the file cannot be written.
+  void run(std::chrono::nanoseconds duration);
+
+  [[nodiscard]] const Recording& recording() const { return recording_; }
+  [[nodiscard]] std::chrono::nanoseconds duration() const { return loop_.now() - began_; }
+  /// As in the last report: one for each topic of bus::kTopics.
+  [[nodiscard]] const std::vector<TopicLosses>& losses() const { return reported_; }
+
+ private:
+  /// First 12 bytes of the identity of each endpoint.
+  using ParticipantId = std::array<std::uint8_t, 12>;
+
+  void take();
+  void report();
+  [[nodiscard]] std::uint64_t unix_time(bus::Clock::time_point time) const;
+
+  const config::CellFile& file_;
+  bus::Clock::time_point began_ = bus::Clock::now();
+  std::chrono::nanoseconds clock_offset_;  ///< of the wall clock when the recording began
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  PeriodicLoop loop_;
+  Recording recording_;
+  bus::RawReaders readers_;
+  LossCounter losses_;
+  std::map<ParticipantId, std::string> nodes_;
+  std::vector<TopicLosses> reported_;
+  bus::Clock::time_point report_at_{};
+};
+
+/// Media type of attached YAML files.
+inline constexpr std::string_view kYamlFile = "application/yaml";
+
+/// The cell file first, then all files that it was read from: robots, and meshes of their collision shapes. With them a
+/// recording opens on any machine. xacro files are attached as the URDF that they gave.
+[[nodiscard]] std::vector<AttachedFile> attachments_of(const config::CellFile& file);
+
+}  // namespace hecaton::services::recorder

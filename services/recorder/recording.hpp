@@ -1,0 +1,103 @@
+#pragma once
+/// A recording of a cell on the disk: one file or a row of files, with a channel for each topic and writer. It knows
+/// samples and no network.
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "services/bus/raw_reader.hpp"
+#include "services/recorder/mcap_writer.hpp"
+
+namespace hecaton::services::recorder {
+
+struct RecordingOptions {
+  std::string path;                       ///< "run.mcap"; the files of a row are "run-0001.mcap" and so on
+  std::uint64_t split_bytes = 0;          ///< begin another file above this size; 0: never
+  std::chrono::nanoseconds split_time{};  ///< begin another file after this time; 0: never
+  /// Remove files of the row that ended longer ago; 0: none. Without `split_time` a file then has a tenth of it.
+  std::chrono::nanoseconds keep{};
+
+  [[nodiscard]] bool is_row() const { return split_bytes > 0 || split_time.count() > 0 || keep.count() > 0; }
+};
+
+/// A file that belongs to the recording.
+struct AttachedFile {
+  std::string name;
+  std::string media_type;
+  std::string text;
+};
+
+/// A sample with what the network does not tell.
+struct RecordedSample {
+  bus::RawSample sample;
+  std::string node;            ///< of the writer; empty: unknown
+  std::uint64_t log_time = 0;  ///< when it was received, since 1970 [ns]
+};
+
+/// For one thread. Functions throw RecordingError when a file cannot be written; then only the destructor may follow,
+/// which leaves all files readable.
+class Recording {
+ public:
+  static constexpr std::chrono::seconds kFlush{1};    ///< a sample is on the disk after this time at most
+  static constexpr std::size_t kMostChannels = 4096;  ///< further writers of a file share a channel of their topic
+  static constexpr std::string_view kReport = "recorder/report";        ///< JSON: figures and losses so far
+  static constexpr std::string_view kWithdrawn = "recorder/withdrawn";  ///< JSON: keys that writers have retired
+
+  /// Creates the first file. Each file gets a copy of all `attachments`. `now`: since 1970 [ns].
+  Recording(RecordingOptions options, std::vector<AttachedFile> attachments, std::uint64_t now);
+
+  void write(RecordedSample sample);
+  /// A message of channel kReport. The text also becomes the metadata of each file that is closed.
+  void report(const std::string& json, std::uint64_t now);
+  /// Puts onto the disk what is older than kFlush, begins another file and removes old ones, as the options say. Call
+  /// it several times a second.
+  void keep_up(std::uint64_t now);
+  void close();
+
+  [[nodiscard]] std::uint64_t messages() const { return messages_; }  ///< of topics, in all files
+  [[nodiscard]] std::uint64_t bytes() const { return closed_bytes_ + (file_ ? file_->size() : 0); }
+  [[nodiscard]] std::vector<std::string> files() const;  ///< that exist, the oldest first
+
+ private:
+  /// Topic, writer, and whether its samples repeat those of a former file.
+  using ChannelKey = std::tuple<std::size_t, bus::EndpointId, bool>;
+  /// A file of the row.
+  struct Segment {
+    std::string path;
+    FileIdentity identity;
+    std::uint64_t ended = 0;  ///< [ns]
+  };
+
+  void begin_file(std::uint64_t now);
+  void end_file();
+  void remove_old(std::uint64_t now);
+  void write_to_file(const RecordedSample& recorded, bool repeated);
+  [[nodiscard]] std::uint16_t channel_of(const RecordedSample& recorded, bool repeated);
+  void write_json(std::string_view topic, const std::string& json, std::uint64_t now);
+
+  RecordingOptions options_;
+  std::vector<AttachedFile> attachments_;
+  std::unique_ptr<McapWriter> file_;              ///< null after close()
+  std::uint64_t began_ = 0;                       ///< the open file [ns]
+  std::uint64_t flushed_ = 0;                     ///< [ns]
+  int number_ = 0;                                ///< of the open file
+  std::deque<Segment> segments_;                  ///< those before the open file
+  std::map<std::size_t, std::uint16_t> schemas_;  ///< of the open file, by topic
+  std::map<ChannelKey, std::uint16_t> channels_;  ///< of the open file
+  std::map<std::string, std::uint16_t, std::less<>> json_channels_;
+  /// What late joiners of the cell would get: a file of a row begins with it.
+  std::map<std::pair<std::size_t, std::string>, RecordedSample> latched_;
+  std::optional<std::string> report_;  ///< the newest one
+  std::uint64_t messages_ = 0;
+  std::uint64_t closed_bytes_ = 0;
+};
+
+}  // namespace hecaton::services::recorder

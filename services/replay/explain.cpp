@@ -1,0 +1,153 @@
+#include "services/replay/explain.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "services/messages/names.hpp"
+#include "services/runtime/cause.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/standstill.hpp"
+
+namespace hecaton::services::replay {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+std::string number_text(double value, const char* format = "%.2f") {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string milliseconds_text(double seconds) {
+  return number_text(seconds * 1e3, seconds < 0.01 ? "%.1f" : "%.0f") + " ms";
+}
+
+std::string age_of(bus::Clock::duration age) {
+  return milliseconds_text(std::chrono::duration<double>(age).count());
+}
+
+std::string millimetres_text(double metres) {
+  return number_text(metres * 1e3, "%.0f") + " mm";
+}
+
+void say_mode(const CellState& cell, const std::string& arm, Sentences& sentences) {
+  const CellModeView& mode = cell.mode();
+  if (!mode.heard()) {
+    sentences.push_back("No cell mode was received yet.");
+    return;
+  }
+  const msg::Cause why = mode.why(arm);
+  std::string sentence = "The order for " + arm + " is " + text(mode.order(arm)) + ", by " + mode.mode().node() +
+                         " in term " + std::to_string(mode.term());
+  if (!is_none(why)) sentence += ": " + why.text();
+  sentences.push_back(sentence + ".");
+}
+
+void say_motion(const CellState& cell, const std::string& arm, bus::Clock::time_point now, Sentences& sentences) {
+  const auto* state = cell.state(arm);
+  if (state == nullptr) {
+    sentences.push_back("No state of " + arm + " was received yet.");
+  } else {
+    double fastest = 0.0;
+    for (const double v : state->value.qd()) fastest = std::max(fastest, std::abs(v));
+    std::string sentence = moves(state->value)
+                               ? arm + " moves, its fastest joint at " + number_text(fastest, "%.3f") + " rad/s or m/s"
+                               : arm + " stands";
+    sentence += "; its drive is " + text(state->value.mode());
+    if (!is_none(state->value.cause())) sentence += " (" + state->value.cause().text() + ")";
+    sentences.push_back(sentence + ".");
+  }
+  const msg::Cause waiting = cell.waiting_for(arm, now);
+  if (is_none(waiting)) return;
+  std::string sentence = arm + " waits for: " + waiting.text();
+  sentence += " [" + std::string(cause_name(waiting.kind())) + (waiting.subject().empty() ? "" : ", ") +
+              waiting.subject() + "]";
+  sentences.push_back(sentence + ".");
+}
+
+double security_distance(const CellState& cell, const std::string& arm) {
+  for (const planner::PlannedArm& planned : cell.file().cell.arms) {
+    if (planned.arm.name == arm) return planned.parameters.damper.security_distance;
+  }
+  return 0.0;
+}
+
+void say_goal(const CellState& cell, const std::string& arm, Sentences& sentences) {
+  const auto* goal = cell.goal(arm);
+  if (goal == nullptr) {
+    sentences.push_back(arm + " has no goal.");
+    return;
+  }
+  const msg::GoalStatus& status = goal->value;
+  std::string sentence = "Goal " + status.goal() + " is " + text(status.state()) + ", " +
+                         number_text(status.distance_to_goal()) + " rad or m to go, " +
+                         number_text(status.elapsed(), "%.1f") + " s after " + status.node() + " accepted it";
+  if (!is_none(status.cause())) sentence += ": " + status.cause().text();
+  sentences.push_back(sentence + ".");
+  if (is_final(status.state())) return;
+  if (status.has_binding()) {
+    sentences.push_back(status.binding_own() + " and " + status.binding_other() + " bound its motion: they are " +
+                        millimetres_text(status.binding_distance()) + " apart, and " +
+                        millimetres_text(security_distance(cell, arm)) + " are the security distance.");
+  } else {
+    sentences.push_back("No pair of bodies bounds its motion.");
+  }
+  if (status.blocked_duration() > 0.0) {
+    sentences.push_back(arm + " is held back for " + number_text(status.blocked_duration(), "%.1f") + " s.");
+  }
+  if (!status.recovery_action().empty()) sentences.push_back("Its planner " + status.recovery_action() + ".");
+}
+
+void say_inputs(const CellState& cell, const std::string& arm, bus::Clock::time_point now, Sentences& sentences) {
+  std::string ages;
+  for (const planner::PlannedArm& planned : cell.file().cell.arms) {
+    const auto* state = cell.state(planned.arm.name);
+    ages +=
+        (ages.empty() ? "" : ", ") + planned.arm.name + " " + (state == nullptr ? "never" : age_of(state->age(now)));
+  }
+  const auto* obstacles = cell.obstacle_states();
+  sentences.push_back("Ages of the states at the recorder: " + ages + ", obstacles " +
+                      (obstacles == nullptr ? "never" : age_of(obstacles->age(now))) + ".");
+  const std::string planner = cell.planner_of(arm);
+  if (const auto* heartbeat = cell.heartbeat(planner)) {
+    const msg::Heartbeat& health = heartbeat->value;
+    std::string sentence = planner + " is " + text(health.state());
+    if (!is_none(health.cause())) sentence += " (" + health.cause().text() + ")";
+    if (!health.oldest_input().empty()) {
+      sentence +=
+          "; its oldest input is " + health.oldest_input() + ", " + milliseconds_text(health.oldest_input_age());
+    }
+    sentences.push_back(sentence + ", as it said " + age_of(heartbeat->age(now)) + " before.");
+  } else {
+    sentences.push_back("No heartbeat of " + planner + " was received yet.");
+  }
+  if (const auto* state = cell.state(arm)) {
+    sentences.push_back("The driver of " + arm + " has accepted its last command " +
+                        milliseconds_text(state->value.command_age()) + " before its last state.");
+  }
+}
+
+void say_faults(const CellState& cell, Sentences& sentences) {
+  for (const auto& [id, fault] : cell.faults().all()) {
+    if (fault.cleared()) continue;
+    sentences.push_back("Fault " + id + " is open: " + fault.cause().text() + " [" +
+                        std::string(cause_name(fault.cause().kind())) + ", " + fault.cause().subject() + "].");
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> explain(const CellState& cell, const std::string& arm, bus::Clock::time_point now) {
+  Sentences sentences;
+  say_mode(cell, arm, sentences);
+  say_motion(cell, arm, now, sentences);
+  say_goal(cell, arm, sentences);
+  say_inputs(cell, arm, now, sentences);
+  say_faults(cell, sentences);
+  return sentences;
+}
+
+}  // namespace hecaton::services::replay

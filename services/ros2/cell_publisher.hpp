@@ -1,0 +1,85 @@
+#pragma once
+/// The topics on which a cell appears in ROS 2. docs/reference/ros2.md lists them.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <hecaton/types.hpp>
+
+#include "services/ros2/cell_description.hpp"
+#include "services/ros2/cell_view.hpp"
+#include "services/ros2/markers.hpp"
+#include "services/ros2/planning_scene.hpp"
+#include "services/ros2/publisher.hpp"
+
+namespace hecaton::ros2 {
+
+/// The path of the tool of one arm that a node of ROS 2 has ordered.
+struct OrderedPath {
+  std::string arm;
+  std::vector<planner::JointVector> points;  ///< [rad | m]
+};
+
+/// For one thread. `file` must outlive it.
+class CellPublisher {
+ public:
+  using Clock = bus::Clock;
+
+  CellPublisher(const config::CellFile& file, bus::Participant& participant);
+
+  /// Publishes descriptions and fixed transforms, which late joiners get, too.
+  void publish_descriptions();
+  /// Publishes joint states, moving transforms and the clock.
+  void publish_states(const CellView& view, Clock::time_point now);
+  /// Publishes the status of each arm.
+  void publish_arm_status(const CellView& view, Clock::time_point now);
+  /// Publishes obstacles, goals, plans and the pairs of bodies that bound motions.
+  void publish_markers(CellView& view, const std::vector<OrderedPath>& ordered);
+  /// Publishes the nodes and the faults of the cell, and what became of planning scenes. `status` null: `problem` says
+  /// why. `scenes` empty: the service takes none.
+  void publish_diagnostics(const CellStatus* status, const std::string& problem,
+                           const std::optional<SceneReport>& scenes);
+
+  [[nodiscard]] std::vector<bus::EndpointId> writers() const;
+
+ private:
+  struct ArmTopics {
+    ArmTopics(const planner::Arm& of, bus::Participant& participant, const std::string& ns);
+    const planner::Arm* arm;
+    std::vector<LinkFrame> frames;
+    std::vector<std::string> joints;  ///< with prefix
+    Publisher<String> description;
+    Publisher<JointState> states;
+    Publisher<DiagnosticStatus> status;
+  };
+  struct MarkerTopic {
+    MarkerTopic(bus::Participant& participant, const std::string& name)
+        : publisher(participant, name, type::kMarkers) {}
+    Publisher<MarkerArray> publisher;
+    MarkerLayer layer;
+  };
+
+  void mark_goal(const ArmSnapshot& arm);
+  void mark_binding(const CellView& view, const ArmSnapshot& arm);
+  void mark_plans(CellView& view, const std::vector<OrderedPath>& ordered);
+
+  const config::CellFile& file_;
+  bool simulated_;  ///< all devices are
+  Publisher<String> description_;
+  Publisher<JointState> joint_states_;
+  Publisher<TFMessage> transforms_;
+  Publisher<TFMessage> fixed_transforms_;
+  Publisher<ros2::Clock> clock_;
+  Publisher<DiagnosticArray> diagnostics_;
+  std::map<std::string, MarkerTopic> markers_;
+  std::vector<std::unique_ptr<ArmTopics>> arms_;
+};
+
+/// The status of an arm as ROS 2 shows it. Pure.
+[[nodiscard]] DiagnosticStatus status_of(const ArmSnapshot& arm, bus::Clock::time_point now);
+
+}  // namespace hecaton::ros2

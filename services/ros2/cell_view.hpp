@@ -1,0 +1,82 @@
+#pragma once
+/// What hecaton-ros2 knows of its cell: the newest messages of drivers, planners and the world service.
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <idl/arm.h>
+#include <idl/goal.h>
+#include <idl/world.h>
+
+#include "planner/model/kinematics.hpp"
+#include "services/bus/endpoint.hpp"
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::ros2 {
+
+/// The newest of one arm.
+struct ArmSnapshot {
+  const planner::Arm* arm = nullptr;
+  const bus::Sample<msg::ArmState>* state = nullptr;  ///< null: none received
+  const msg::GoalStatus* goal = nullptr;              ///< of the newest goal; null: none
+  const planner::Kinematics* kinematics = nullptr;    ///< at the measured position; null: not known
+};
+
+/// For one thread. References that it returns are valid until the next update().
+class CellView {
+ public:
+  using Clock = bus::Clock;
+
+  /// `file` and `mailbox` must outlive it.
+  CellView(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox);
+
+  /// Takes all that has arrived.
+  void update();
+
+  [[nodiscard]] std::size_t size() const { return arms_.size(); }
+  [[nodiscard]] ArmSnapshot arm(std::size_t index) const;
+
+  struct Obstacle {
+    std::vector<world::PlacedShape> shapes;
+    world::Pose X_WO;
+  };
+  /// Places the obstacles at the poses of the newest states.
+  void place_obstacles();
+  /// By name, as of the last place_obstacles().
+  [[nodiscard]] const std::map<std::string, Obstacle>& obstacles() const { return obstacles_; }
+  /// The plans of several arms that are in force.
+  [[nodiscard]] std::vector<msg::CoupledPlan> coupled_plans();
+  /// The origin in W of a body as a planner names it, "north/forearm" or "crate"; empty: unknown.
+  [[nodiscard]] std::optional<Eigen::Vector3d> position_of(const std::string& body) const;
+  /// Where the tool of an arm is at q.
+  [[nodiscard]] static world::Pose tool_at(const planner::Arm& arm, const planner::JointVector& q);
+
+ private:
+  struct Known {
+    const planner::Arm* arm = nullptr;
+    std::optional<bus::Sample<msg::ArmState>> state;
+    std::optional<msg::GoalStatus> goal;
+    planner::Kinematics kinematics;
+    bool placed = false;
+  };
+
+  void take_states();
+  void take_goals();
+  void take_obstacles();
+
+  std::vector<Known> arms_;
+  std::map<std::string, std::size_t, std::less<>> index_;
+  bus::Reader<msg::ArmState> states_;
+  bus::Reader<msg::GoalStatus> goals_;
+  bus::Reader<msg::ObstacleShapes> shapes_;
+  bus::Reader<msg::ObstacleStates> obstacle_states_;
+  bus::Reader<msg::CoupledPlan> plans_;
+  std::map<std::string, std::vector<world::PlacedShape>> known_shapes_;
+  msg::ObstacleStates newest_;
+  std::map<std::string, Obstacle> obstacles_;
+};
+
+}  // namespace hecaton::ros2

@@ -1,0 +1,213 @@
+#include "services/ros2/scene_editor.hpp"
+
+#include <optional>
+#include <utility>
+
+#include "services/messages/convert.hpp"
+#include "services/ros2/cell_description.hpp"
+#include "services/runtime/log.hpp"
+
+namespace hecaton::ros2 {
+namespace {
+
+/// Poses of links older than this say nothing about where an object is.
+constexpr std::chrono::seconds kStateLimit{1};
+
+SceneFrames frames_of(const CellView& view, bus::Clock::time_point now, std::optional<std::size_t> own) {
+  SceneFrames frames;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const ArmSnapshot arm = view.arm(i);
+    if (arm.kinematics == nullptr || now - arm.state->received > kStateLimit) continue;
+    if (own == i) add_frames(frames, *arm.arm, *arm.kinematics, "");
+    add_frames(frames, *arm.arm, *arm.kinematics, prefixed(arm.arm->name, ""));
+  }
+  frames.insert_or_assign(kWorldFrame, SceneFrame{});
+  return frames;
+}
+
+}  // namespace
+
+SceneWorker::SceneWorker(std::shared_ptr<client::Connection> connection)
+    : connection_(std::move(connection)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+SceneReport SceneWorker::report() const {
+  const std::scoped_lock lock(mutex_);
+  return report_;
+}
+
+void SceneWorker::add(SceneEdits scene) {
+  const std::scoped_lock lock(mutex_);
+  if (waiting_ + scene.edits.size() > kMostWaiting) {
+    scene.refusals.push_back({"", std::to_string(scene.edits.size()) + " edits are dropped: " +
+                                      std::to_string(waiting_) + " wait already; send them more slowly"});
+    scene.edits.clear();
+  }
+  waiting_ += scene.edits.size();
+  scenes_.push_back(std::move(scene));
+  arrived_.notify_one();
+}
+
+void SceneWorker::run(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (arrived_.wait(lock, stop, [this] { return !scenes_.empty(); })) {
+    const SceneEdits scene = std::move(scenes_.front());
+    scenes_.pop_front();
+    report_.refusal.clear();
+    lock.unlock();
+    for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
+    for (const SceneEdit& edit : scene.edits) {
+      try {
+        apply(edit, {kAnswerLimit, stop});
+        services::log_info("planning scene applied", {{"object", edit.obstacle.name}});
+        const std::scoped_lock counted(mutex_);
+        ++report_.applied;
+      } catch (const Error& error) {
+        refuse({edit.obstacle.name, error.what()});
+      }
+    }
+    lock.lock();
+    waiting_ -= scene.edits.size();
+  }
+}
+
+void SceneWorker::refuse(const SceneRefusal& refusal) {
+  services::log_warning("planning scene not applied", {{"object", refusal.object}, {"reason", refusal.reason}});
+  const std::scoped_lock lock(mutex_);
+  ++report_.refused;
+  report_.refusal = (refusal.object.empty() ? "" : "object '" + refusal.object + "': ") + refusal.reason;
+}
+
+void SceneWorker::require(const msg::WorldEditReply& reply) const {
+  if (!reply.done()) throw Error(reply.cause().text());
+}
+
+msg::WorldEditReply SceneWorker::request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait) {
+  msg::WorldEditRequest request;
+  request.kind(kind);
+  request.name(edit.obstacle.name);
+  request.X_WO(messages::to_message(edit.obstacle.X_WO));
+  request.arm(edit.arm);
+  return connection_->edit(std::move(request), wait);
+}
+
+msg::WorldEditReply SceneWorker::add_obstacle(const world::Obstacle& obstacle, const Wait& wait) {
+  msg::WorldEditRequest request;
+  request.kind(msg::EditKind::EDIT_ADD);
+  request.name(obstacle.name);
+  request.obstacle(messages::to_message(obstacle));
+  msg::WorldEditReply reply = connection_->edit(std::move(request), wait);
+  if (reply.done()) editions_[obstacle.name] = reply.edition();
+  return reply;
+}
+
+// The world service publishes the shapes before it replies, but the two topics have no common order.
+client::Connection::Scene SceneWorker::scene_with(const std::string& obstacle, const Wait& wait) {
+  auto scene = connection_->scene(wait);
+  const auto edited = editions_.find(obstacle);
+  const auto current = [&] {
+    scene = connection_->scene(wait);
+    if (!scene) return false;
+    const auto shapes = scene->shapes.find(obstacle);
+    return shapes != scene->shapes.end() && shapes->second.edition() >= edited->second;
+  };
+  const bool found = edited == editions_.end() ? scene.has_value() : connection_->wait_until(current, wait);
+  if (found) return *scene;
+  editions_.erase(obstacle);
+  throw Error("the world service sends no obstacles");
+}
+
+void SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
+  using Kind = SceneEdit::Kind;
+  switch (edit.kind) {
+    case Kind::kMove:
+      return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
+    case Kind::kRemove:
+      editions_.erase(edit.obstacle.name);
+      return require(request(msg::EditKind::EDIT_REMOVE, edit, wait));
+    case Kind::kAttach:
+      return require(request(msg::EditKind::EDIT_ATTACH, edit, wait));
+    case Kind::kDetach:
+      return require(request(msg::EditKind::EDIT_DETACH, edit, wait));
+    case Kind::kAdd:
+    case Kind::kAppend:
+      return add_or_replace(edit, wait);
+  }
+}
+
+void SceneWorker::add_or_replace(const SceneEdit& edit, const Wait& wait) {
+  const msg::WorldEditReply reply = add_obstacle(edit.obstacle, wait);
+  if (reply.done() || reply.cause().kind() != msg::CauseKind::CAUSE_NAME_TAKEN) return require(reply);
+  const auto scene = scene_with(edit.obstacle.name, wait);
+  const auto old = scene.shapes.find(edit.obstacle.name);
+  if (old == scene.shapes.end()) return require(reply);  // the name of an arm
+  std::optional<world::Pose> X_WO;
+  for (const msg::ObstacleState& state : scene.states.value.states()) {
+    if (state.name() != edit.obstacle.name) continue;
+    if (const auto pose = messages::from_message(state.X_WO(), state.name())) X_WO = *pose;
+  }
+  if (!X_WO) throw Error("the pose of the obstacle with this id is not known yet; send it again");
+  world::Obstacle next = edit.obstacle;
+  if (edit.kind == SceneEdit::Kind::kAppend) {
+    const auto known = messages::from_message(old->second.obstacle());
+    if (!known) throw Error(known.error);
+    std::vector<world::PlacedShape> shapes = known->shapes;
+    for (world::PlacedShape shape : next.shapes) {
+      shape.X_BS = X_WO->inverse() * next.X_WO * shape.X_BS;
+      shapes.push_back(std::move(shape));
+    }
+    next.shapes = std::move(shapes);
+    next.X_WO = *X_WO;
+    next.attachment = known->attachment;
+  }
+  replace(old->second, *X_WO, std::move(next), wait);
+}
+
+void SceneWorker::replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next,
+                          const Wait& wait) {
+  const msg::Obstacle& before = old.obstacle();
+  if (before.motion().kind() != msg::MotionKind::MOTION_STATIC) {
+    throw Error("the obstacle with this id moves by itself; remove it first");
+  }
+  SceneEdit edit{SceneEdit::Kind::kMove, next};
+  // Without a moment in which the cell lacks the obstacle.
+  const bool same = messages::to_message(next).shapes() == before.shapes();
+  if (same && !next.attachment && before.attached_to().empty()) {
+    return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
+  }
+  require(request(msg::EditKind::EDIT_REMOVE, edit, wait));
+  const msg::WorldEditReply reply = add_obstacle(next, wait);
+  if (reply.done()) return;
+  if (auto restored = messages::from_message(before)) {
+    restored.value->X_WO = X_WO;
+    require(add_obstacle(*restored, wait));
+  }
+  require(reply);
+}
+
+SceneTopics::SceneTopics(bus::Participant& participant, const config::CellFile& file,
+                         std::shared_ptr<client::Connection> connection, bus::Mailbox& mailbox)
+    : worker_(std::move(connection)),
+      cell_(participant, file.ros2->ns + "/planning_scene", type::kPlanningScene, mailbox) {
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    const std::string topic = file.ros2->ns + "/" + file.cell.arms[i].arm.name + "/planning_scene";
+    arms_.push_back({i, Subscription<PlanningScene>(participant, topic, type::kPlanningScene, mailbox)});
+  }
+}
+
+void SceneTopics::update(const CellView& view, bus::Clock::time_point now) {
+  for (const PlanningScene& scene : cell_.take()) worker_.add(edits_of(scene, frames_of(view, now, std::nullopt)));
+  for (ArmTopic& topic : arms_) {
+    for (const PlanningScene& scene : topic.scenes.take()) {
+      worker_.add(edits_of(scene, frames_of(view, now, topic.arm)));
+    }
+  }
+}
+
+NodeEndpoints SceneTopics::endpoints() const {
+  NodeEndpoints endpoints;
+  endpoints.readers.push_back(cell_.id());
+  for (const ArmTopic& topic : arms_) endpoints.readers.push_back(topic.scenes.id());
+  return endpoints;
+}
+
+}  // namespace hecaton::ros2

@@ -1,0 +1,80 @@
+#pragma once
+/// Planning scenes of MoveIt, carried out as edits of the cell's obstacles.
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "services/client/connection.hpp"
+#include "services/ros2/cell_view.hpp"
+#include "services/ros2/node_graph.hpp"
+#include "services/ros2/planning_scene.hpp"
+#include "services/ros2/publisher.hpp"
+
+namespace hecaton::ros2 {
+
+/// Carries out edits one after the other. All calls are for one thread, but for report().
+class SceneWorker {
+ public:
+  explicit SceneWorker(std::shared_ptr<client::Connection> connection);
+
+  /// Takes the edits of one scene. A scene in excess of kMostWaiting edits is refused.
+  void add(SceneEdits scene);
+  /// Thread-safe.
+  [[nodiscard]] SceneReport report() const;
+
+  static constexpr std::size_t kMostWaiting = 4096;
+
+ private:
+  void run(const std::stop_token& stop);
+  void apply(const SceneEdit& edit, const Wait& wait);
+  void add_or_replace(const SceneEdit& edit, const Wait& wait);
+  void replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next, const Wait& wait);
+  void require(const msg::WorldEditReply& reply) const;
+  msg::WorldEditReply request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait);
+  msg::WorldEditReply add_obstacle(const world::Obstacle& obstacle, const Wait& wait);
+  /// The scene, with the shapes of the obstacle after the last edit of this worker. Throws Error.
+  client::Connection::Scene scene_with(const std::string& obstacle, const Wait& wait);
+  void refuse(const SceneRefusal& refusal);
+
+  std::shared_ptr<client::Connection> connection_;
+  std::map<std::string, std::uint64_t> editions_;  ///< of the scene after the last edit of each obstacle's shapes
+  mutable std::mutex mutex_;
+  std::condition_variable_any arrived_;
+  std::deque<SceneEdits> scenes_;
+  std::size_t waiting_ = 0;  ///< edits in scenes_
+  SceneReport report_;
+  std::jthread thread_;
+};
+
+/// The topics NAMESPACE/planning_scene, with links as `ARM_LINK`, and NAMESPACE/ARM/planning_scene, with the names of
+/// the arm's own URDF besides. For one thread.
+class SceneTopics {
+ public:
+  /// `file` and `mailbox` must outlive it.
+  SceneTopics(bus::Participant& participant, const config::CellFile& file,
+              std::shared_ptr<client::Connection> connection, bus::Mailbox& mailbox);
+
+  /// Takes the scenes that have arrived. Frames are where the arms were measured last.
+  void update(const CellView& view, bus::Clock::time_point now);
+  [[nodiscard]] SceneReport report() const { return worker_.report(); }
+  [[nodiscard]] NodeEndpoints endpoints() const;
+
+ private:
+  struct ArmTopic {
+    std::size_t arm;
+    Subscription<PlanningScene> scenes;
+  };
+  SceneWorker worker_;
+  Subscription<PlanningScene> cell_;
+  std::vector<ArmTopic> arms_;
+};
+
+}  // namespace hecaton::ros2

@@ -1,0 +1,306 @@
+#include "services/ros2/trajectory_server.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "services/runtime/log.hpp"
+
+namespace hecaton::ros2 {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kFeedbackPeriod = 40ms;
+constexpr std::size_t kMostWaiting = 64;  // requests for results
+
+// Return codes of action_msgs/srv/CancelGoal.
+constexpr std::int8_t kCancelAccepted = 0;
+constexpr std::int8_t kCancelRejected = 1;
+constexpr std::int8_t kCancelUnknown = 2;
+constexpr std::int8_t kCancelTerminated = 3;
+
+std::string action_name(const std::string& ns, const planner::Arm& arm) {
+  return ns + "/" + arm.name + "/follow_joint_trajectory/_action/";
+}
+
+/// Why the arm is late or the goal has ended, with the pair of bodies that bounds the motion.
+std::string reason_of(const Progress& progress) {
+  std::string text = progress.cause.text;
+  if (progress.binding) {
+    text += (text.empty() ? "" : " ") + std::string("(") + progress.binding->own + " is " +
+            std::to_string(progress.binding->distance).substr(0, 5) + " m from " + progress.binding->other + ")";
+  }
+  return text;
+}
+
+bool is_stamp_zero(const Time& stamp) {
+  return stamp.sec == 0 && stamp.nanosec == 0;
+}
+
+double seconds_of(const Time& stamp) {
+  return static_cast<double>(stamp.sec) + 1e-9 * static_cast<double>(stamp.nanosec);
+}
+
+planner::JointVector measured(const ArmSnapshot& arm) {
+  const auto& q = arm.state->value.q();
+  return Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q));
+}
+
+}  // namespace
+
+bool ActionGoals::add(const Id& id, const Time& stamp) {
+  if (!goals_.try_emplace(id, Goal{stamp, kExecuting, {}, {}}).second) return false;
+  order_.push_back(id);
+  return true;
+}
+
+void ActionGoals::set_status(const Id& id, std::int8_t status) {
+  goals_.at(id).status = status;
+}
+
+void ActionGoals::end(const Id& id, std::int8_t status, TrajectoryResult result, Clock::time_point now) {
+  Goal& goal = goals_.at(id);
+  goal.status = status;
+  goal.result = std::move(result);
+  goal.ended = now;
+}
+
+void ActionGoals::forget_old(Clock::time_point now) {
+  std::size_t ended = 0;
+  for (const auto& [id, goal] : goals_) ended += goal.result ? 1 : 0;
+  std::erase_if(order_, [&](const Id& id) {
+    const Goal& goal = goals_.at(id);
+    if (!goal.result || (now - goal.ended < kKept && ended <= kMostKept)) return false;
+    --ended;
+    goals_.erase(id);
+    return true;
+  });
+}
+
+std::int8_t ActionGoals::status(const Id& id) const {
+  const auto found = goals_.find(id);
+  return found == goals_.end() ? kUnknown : found->second.status;
+}
+
+std::optional<GetResultResponse> ActionGoals::result(const Id& id) const {
+  const auto found = goals_.find(id);
+  if (found == goals_.end()) return GetResultResponse{kUnknown, {}};
+  if (!found->second.result) return std::nullopt;
+  return GetResultResponse{found->second.status, *found->second.result};
+}
+
+GoalStatusArray ActionGoals::statuses() const {
+  GoalStatusArray array;
+  for (const Id& id : order_) array.status_list.push_back({info(id), goals_.at(id).status});
+  return array;
+}
+
+GoalInfo ActionGoals::info(const Id& id) const {
+  return {{id}, goals_.at(id).stamp};
+}
+
+TrajectoryServer::TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm,
+                                   Arm client, bus::Mailbox& mailbox)
+    : arm_(arm),
+      client_(std::move(client)),
+      send_goal_(participant, service_of(action_name(ns, arm) + "send_goal", type::kSendTrajectory), mailbox),
+      cancel_goal_(participant, service_of(action_name(ns, arm) + "cancel_goal", type::kCancelGoal), mailbox),
+      get_result_(participant, service_of(action_name(ns, arm) + "get_result", type::kTrajectoryResult), mailbox),
+      feedback_(participant, action_name(ns, arm) + "feedback", type::kTrajectoryFeedback),
+      status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched) {}
+
+void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
+  take_goals(arm, now);
+  take_cancellations();
+  follow(arm, now);
+  take_result_requests();
+  send_results();
+  goals_.forget_old(now);
+}
+
+void TrajectoryServer::refuse_unreadable(const char* service) {
+  if (std::exchange(told_unreadable_, true)) return;
+  services::log_warning("request ignored: its size is not that of its type",
+                        {{"arm", arm_.name},
+                         {"service", service},
+                         {"what_to_do", "let the client run with RMW_IMPLEMENTATION=rmw_fastrtps_cpp"}});
+}
+
+void TrajectoryServer::take_goals(const ArmSnapshot& arm, Clock::time_point now) {
+  for (const bus::ros2::Request& request : send_goal_.take()) {
+    const auto goal = decoded<SendGoalRequest>(request.bytes);
+    if (!goal) {
+      refuse_unreadable("send_goal");
+      continue;
+    }
+    const Time stamp = ros_time(std::chrono::system_clock::now());
+    const bool accepted = goals_.add(goal->goal_id.uuid, stamp);
+    send_goal_.reply(request.id, encoded(SendGoalResponse{accepted, stamp}));
+    if (accepted) accept(*goal, arm, now);
+  }
+}
+
+void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now) {
+  const ActionGoals::Id& id = request.goal_id.uuid;
+  const auto refuse = [&](TrajectoryCode code, const std::string& text) {
+    goals_.end(id, ActionGoals::kAborted, {static_cast<std::int32_t>(code), text}, now);
+    services::log_info("trajectory refused", {{"arm", arm_.name}, {"reason", text}});
+    status_.publish(goals_.statuses());
+  };
+  if (arm.kinematics == nullptr) {
+    return refuse(TrajectoryCode::kInvalidGoal, "the driver of arm " + arm_.name + " has sent no state");
+  }
+  const Time& begin = request.goal.trajectory.header.stamp;
+  const double age =
+      is_stamp_zero(begin) ? 0.0 : seconds_of(ros_time(std::chrono::system_clock::now())) - seconds_of(begin);
+  auto checked = check_trajectory(request.goal, arm_, measured(arm), age);
+  if (const auto* refusal = std::get_if<TrajectoryRefusal>(&checked)) return refuse(refusal->code, refusal->text);
+  if (active_) {
+    finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, "a later trajectory has replaced this one", now);
+  }
+  active_.emplace(Active{id, TrajectoryFollower(std::get<TrajectoryOrder>(std::move(checked))),
+                         request.goal.trajectory.joint_names, std::nullopt, now});
+  services::log_info("trajectory accepted", {{"arm", arm_.name}, {"duration_s", active_->follower.order().duration()}});
+  status_.publish(goals_.statuses());
+}
+
+void TrajectoryServer::take_cancellations() {
+  for (const bus::ros2::Request& request : cancel_goal_.take()) {
+    const auto cancel = decoded<CancelGoalRequest>(request.bytes);
+    if (!cancel) {
+      refuse_unreadable("cancel_goal");
+      continue;
+    }
+    CancelGoalResponse response;
+    const ActionGoals::Id& id = cancel->goal_info.goal_id.uuid;
+    const Time& stamp = cancel->goal_info.stamp;
+    const bool all = id == ActionGoals::Id{};
+    const auto wanted = [&](const GoalInfo& goal) {
+      if (goal.goal_id.uuid == id) return true;
+      const bool in_time = seconds_of(goal.stamp) <= seconds_of(stamp);
+      return is_stamp_zero(stamp) ? all : in_time;
+    };
+    if (active_ && wanted(goals_.info(active_->id))) {
+      active_->canceling = true;
+      if (active_->step) active_->step->cancel();
+      goals_.set_status(active_->id, ActionGoals::kCanceling);
+      response.return_code = kCancelAccepted;
+      response.goals_canceling.push_back(goals_.info(active_->id));
+      status_.publish(goals_.statuses());
+    } else if (!all) {
+      response.return_code = goals_.knows(id) ? kCancelTerminated : kCancelUnknown;
+    } else {
+      response.return_code = kCancelRejected;
+    }
+    cancel_goal_.reply(request.id, encoded(response));
+  }
+}
+
+void TrajectoryServer::take_result_requests() {
+  for (const bus::ros2::Request& request : get_result_.take()) {
+    const auto wanted = decoded<GetResultRequest>(request.bytes);
+    if (!wanted) {
+      refuse_unreadable("get_result");
+      continue;
+    }
+    if (waiting_.size() >= kMostWaiting) waiting_.erase(waiting_.begin());
+    waiting_.emplace_back(wanted->goal_id.uuid, request.id);
+  }
+}
+
+void TrajectoryServer::send_results() {
+  std::erase_if(waiting_, [&](const auto& entry) {
+    const auto result = goals_.result(entry.first);
+    if (!result) return false;
+    get_result_.reply(entry.second, encoded(*result));
+    return true;
+  });
+}
+
+void TrajectoryServer::send_step(const planner::JointVector& q, Clock::time_point now) {
+  try {
+    active_->step = client_.go_to(std::vector<double>(q.begin(), q.end()));
+  } catch (const Error& error) {
+    finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, error.what(), now);
+  }
+}
+
+void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
+  if (!active_ || arm.kinematics == nullptr) return;
+  TrajectoryFollower::Input input{measured(arm), std::chrono::duration<double>(now - active_->updated).count()};
+  active_->updated = now;
+  bool over = !active_->step;
+  if (const auto progress = active_->step ? active_->step->progress() : std::nullopt) {
+    over = is_final(progress->state);
+    input.reason = reason_of(*progress);
+    if (progress->state == GoalState::kReached) input.report = TrajectoryFollower::GoalReport::kReached;
+    if (progress->state == GoalState::kRejected) input.report = TrajectoryFollower::GoalReport::kRejected;
+    if (over && input.report == TrajectoryFollower::GoalReport::kUnderWay) {
+      input.report = TrajectoryFollower::GoalReport::kLost;
+    }
+  }
+  if (active_->canceling) {
+    if (over) finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, "canceled by its client", now);
+    return;
+  }
+  const TrajectoryFollower::Output output = active_->follower.update(input);
+  if (output.end) {
+    const bool done = output.end->code == TrajectoryCode::kSuccessful;
+    if (!done && active_->step) active_->step->cancel();
+    return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, output.end->code, output.end->text, now);
+  }
+  if (output.goal) send_step(*output.goal, now);
+  if (active_ && now >= fed_back_ + kFeedbackPeriod) {
+    fed_back_ = now;
+    publish_feedback(arm);
+  }
+}
+
+void TrajectoryServer::finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now) {
+  goals_.end(active_->id, status, {static_cast<std::int32_t>(code), text}, now);
+  services::log_info("trajectory ended", {{"arm", arm_.name}, {"status", static_cast<int>(status)}, {"reason", text}});
+  active_.reset();
+  status_.publish(goals_.statuses());
+}
+
+void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
+  if (!feedback_.wanted()) return;
+  FeedbackMessage message;
+  message.goal_id.uuid = active_->id;
+  TrajectoryFeedback& feedback = message.feedback;
+  feedback.header.stamp = ros_time(arm.state->received);
+  feedback.joint_names = active_->names;
+  const TrajectoryFollower& follower = active_->follower;
+  const planner::JointVector desired = follower.order().at(follower.time());
+  const planner::JointVector q = measured(arm);
+  const auto& qd = arm.state->value.qd();
+  const auto joints = joint_numbers(active_->names, arm_);
+  for (const int j : *joints) {
+    feedback.desired.positions.push_back(desired[j]);
+    feedback.actual.positions.push_back(q[j]);
+    if (std::ssize(qd) == q.size()) feedback.actual.velocities.push_back(qd[static_cast<std::size_t>(j)]);
+    feedback.error.positions.push_back(desired[j] - q[j]);
+  }
+  feedback.desired.time_from_start = ros_duration(follower.time());
+  feedback.actual.time_from_start = feedback.desired.time_from_start;
+  feedback.error.time_from_start = feedback.desired.time_from_start;
+  feedback_.publish(message);
+}
+
+std::optional<OrderedPath> TrajectoryServer::path() const {
+  if (!active_) return std::nullopt;
+  OrderedPath path{arm_.name, {}};
+  for (const TimedPoint& point : active_->follower.order().points) path.points.push_back(point.q);
+  return path;
+}
+
+NodeEndpoints TrajectoryServer::endpoints() const {
+  NodeEndpoints endpoints{{}, {feedback_.id(), status_.id()}};
+  for (const bus::ros2::Server* server : {&send_goal_, &cancel_goal_, &get_result_}) {
+    endpoints.readers.push_back(server->reader_id());
+    endpoints.writers.push_back(server->writer_id());
+  }
+  return endpoints;
+}
+
+}  // namespace hecaton::ros2

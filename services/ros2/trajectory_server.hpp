@@ -1,0 +1,113 @@
+#pragma once
+/// The action FollowJointTrajectory of one arm, as rclcpp_action serves it: three services and two topics.
+
+#include <array>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <hecaton/client.hpp>
+
+#include "services/ros2/cell_publisher.hpp"
+#include "services/ros2/cell_view.hpp"
+#include "services/ros2/node_graph.hpp"
+#include "services/ros2/publisher.hpp"
+#include "services/ros2/trajectory.hpp"
+
+namespace hecaton::ros2 {
+
+/// Goals of an action server with their status and result, on values. Ended goals are kept for late clients.
+class ActionGoals {
+ public:
+  using Clock = bus::Clock;
+  using Id = std::array<std::uint8_t, 16>;
+
+  static constexpr std::chrono::minutes kKept{15};  ///< result of an ended goal
+  static constexpr std::size_t kMostKept = 256;
+
+  // Status of action_msgs/msg/GoalStatus.
+  static constexpr std::int8_t kUnknown = 0;
+  static constexpr std::int8_t kExecuting = 2;
+  static constexpr std::int8_t kCanceling = 3;
+  static constexpr std::int8_t kSucceeded = 4;
+  static constexpr std::int8_t kCanceled = 5;
+  static constexpr std::int8_t kAborted = 6;
+
+  /// False: the id is known.
+  bool add(const Id& id, const Time& stamp);
+  void set_status(const Id& id, std::int8_t status);
+  void end(const Id& id, std::int8_t status, TrajectoryResult result, Clock::time_point now);
+  void forget_old(Clock::time_point now);
+
+  [[nodiscard]] bool knows(const Id& id) const { return goals_.contains(id); }
+  [[nodiscard]] std::int8_t status(const Id& id) const;
+  /// Empty while the goal has not ended; kUnknown for an unknown goal.
+  [[nodiscard]] std::optional<GetResultResponse> result(const Id& id) const;
+  [[nodiscard]] GoalStatusArray statuses() const;
+  [[nodiscard]] GoalInfo info(const Id& id) const;
+
+ private:
+  struct Goal {
+    Time stamp;
+    std::int8_t status = kExecuting;
+    std::optional<TrajectoryResult> result;
+    Clock::time_point ended{};
+  };
+  std::map<Id, Goal> goals_;
+  std::deque<Id> order_;  ///< of acceptance
+};
+
+/// For one thread.
+class TrajectoryServer {
+ public:
+  using Clock = bus::Clock;
+
+  /// Serves NAMESPACE/ARM/follow_joint_trajectory. `arm` and `mailbox` must outlive it. `client` sends the joint goals.
+  TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm, Arm client,
+                   bus::Mailbox& mailbox);
+
+  /// Answers requests and follows the trajectory. Call it in each period.
+  void update(const ArmSnapshot& arm, Clock::time_point now);
+
+  /// The path of the present trajectory; empty: none.
+  [[nodiscard]] std::optional<OrderedPath> path() const;
+  [[nodiscard]] NodeEndpoints endpoints() const;
+
+ private:
+  struct Active {
+    ActionGoals::Id id;
+    TrajectoryFollower follower;
+    std::vector<std::string> names;  ///< of the joints, as the client wrote them
+    std::optional<Goal> step;        ///< the joint goal under way
+    Clock::time_point updated{};
+    bool canceling = false;
+  };
+
+  void take_goals(const ArmSnapshot& arm, Clock::time_point now);
+  void take_cancellations();
+  void take_result_requests();
+  void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
+  void follow(const ArmSnapshot& arm, Clock::time_point now);
+  void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
+  void send_step(const planner::JointVector& q, Clock::time_point now);
+  void send_results();
+  void publish_feedback(const ArmSnapshot& arm);
+  void refuse_unreadable(const char* service);
+
+  const planner::Arm& arm_;
+  Arm client_;
+  bus::ros2::Server send_goal_;
+  bus::ros2::Server cancel_goal_;
+  bus::ros2::Server get_result_;
+  Publisher<FeedbackMessage> feedback_;
+  Publisher<GoalStatusArray> status_;
+  ActionGoals goals_;
+  std::optional<Active> active_;
+  std::vector<std::pair<ActionGoals::Id, bus::ros2::RequestId>> waiting_;  ///< requests for results of running goals
+  Clock::time_point fed_back_{};
+  bool told_unreadable_ = false;
+};
+
+}  // namespace hecaton::ros2

@@ -1,0 +1,151 @@
+#include "services/view/arm_drawing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+
+#include "planner/model/xacro.hpp"
+
+namespace hecaton::services::view {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMeshes = "/meshes/";
+constexpr std::array<std::string_view, 8> kTextures = {".png", ".jpg", ".jpeg", ".bmp", ".tga", ".gif", ".mtl", ".bin"};
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The URDF's text; empty when it cannot be read. A snapshot already holds what xacro wrote.
+std::string urdf_text(const config::RobotFiles& robot, const planner::SourceFiles& sources) {
+  const fs::path place = sources.place(robot.urdf);
+  std::string text = content_of(place);
+  if (text.find("<xacro:") == std::string::npos) return text;
+  try {
+    return planner::expand_xacro(robot.urdf, place.string(), robot.xacro_arguments).value_or("");
+  } catch (const planner::ModelError&) {
+    return {};
+  }
+}
+
+/// `text` with the characters that XML escapes in an attribute.
+std::string unescaped(std::string text) {
+  constexpr std::array<std::pair<std::string_view, char>, 5> kEntities = {
+      {{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}}};
+  for (const auto& [entity, character] : kEntities) {
+    for (std::size_t at = text.find(entity); at != std::string::npos; at = text.find(entity, at + 1)) {
+      text.replace(at, entity.size(), 1, character);
+    }
+  }
+  return text;
+}
+
+/// Calls `replace` with the value of each attribute `filename`, and writes what it returns.
+template <class Replace>
+std::string with_filenames(const std::string& text, const Replace& replace) {
+  constexpr std::string_view kAttribute = "filename";
+  std::string out;
+  std::size_t done = 0;
+  for (std::size_t at = text.find(kAttribute); at != std::string::npos; at = text.find(kAttribute, at + 1)) {
+    const std::size_t equals = text.find_first_not_of(" \t\r\n", at + kAttribute.size());
+    if (equals == std::string::npos || text[equals] != '=') continue;
+    const std::size_t quote = text.find_first_not_of(" \t\r\n", equals + 1);
+    if (quote == std::string::npos || (text[quote] != '"' && text[quote] != '\'')) continue;
+    const std::size_t end = text.find(text[quote], quote + 1);
+    if (end == std::string::npos) break;
+    out += text.substr(done, quote + 1 - done) + replace(unescaped(text.substr(quote + 1, end - quote - 1)));
+    done = end;
+    at = end;
+  }
+  return out + text.substr(done);
+}
+
+/// A name for a URL: other characters than letters, digits, '.', '-' and '_' become '_'.
+std::string url_name(std::string name) {
+  const auto allowed = [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-' ||
+           c == '_';
+  };
+  std::replace_if(
+      name.begin(), name.end(), [&](char c) { return !allowed(static_cast<unsigned char>(c)); }, '_');
+  return name;
+}
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
+}
+
+bool is_texture(const fs::path& file) {
+  const std::string extension = lower_case(file.extension().string());
+  return std::find(kTextures.begin(), kTextures.end(), extension) != kTextures.end();
+}
+
+}  // namespace
+
+Drawings::Drawings(const config::CellFile& file) {
+  for (std::size_t i = 0; i < file.robots.size(); ++i) {
+    ArmDrawing drawing = draw(file.robots[i], file.sources);
+    drawing.url = "/robots/" + std::to_string(i) + ".urdf";
+    arms_.push_back(std::move(drawing));
+  }
+}
+
+ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::SourceFiles& sources) {
+  ArmDrawing drawing;
+  const std::string text = urdf_text(robot, sources);
+  drawing.has_visuals = text.find("<visual") != std::string::npos;
+  if (text.empty()) {
+    drawing.note = robot.urdf + " cannot be read: the arm is drawn by its collision shapes";
+  }
+  if (!drawing.has_visuals) return drawing;
+  // The snapshot of an agent has collision meshes only, so that meshes come from where they are.
+  planner::SourceFiles in_place;
+  bool found_some = false;
+  drawing.urdf = with_filenames(text, [&](const std::string& uri) {
+    try {
+      std::string url = mesh_url(planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, in_place));
+      found_some = true;
+      return url;
+    } catch (const planner::ModelError& error) {
+      if (drawing.note.empty()) drawing.note = error.what();
+      return std::string();
+    }
+  });
+  // Without any of its meshes the arm would be invisible: the cell was recorded on another machine, for example.
+  if (!drawing.note.empty() && !found_some) drawing.has_visuals = false;
+  return drawing;
+}
+
+std::string Drawings::mesh_url(const fs::path& file) {
+  auto known = std::find(meshes_.begin(), meshes_.end(), file);
+  if (known == meshes_.end()) known = meshes_.insert(known, file);
+  return std::string(kMeshes) + std::to_string(known - meshes_.begin()) + "/" + url_name(file.filename().string());
+}
+
+std::optional<fs::path> Drawings::mesh(std::string_view path) const {
+  if (!path.starts_with(kMeshes)) return std::nullopt;
+  path.remove_prefix(kMeshes.size());
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(path.data(), path.data() + path.size(), number);
+  if (error != std::errc{} || number >= meshes_.size() || end == path.data() + path.size() || *end != '/') {
+    return std::nullopt;
+  }
+  const std::string name(end + 1, path.data() + path.size());
+  const fs::path& mesh = meshes_[number];
+  if (name == url_name(mesh.filename().string())) return mesh;
+  // A texture: below the folder of its mesh.
+  const fs::path relative = fs::path(name).lexically_normal();
+  if (relative.is_absolute() || relative.empty() || *relative.begin() == ".." || !is_texture(relative)) {
+    return std::nullopt;
+  }
+  return mesh.parent_path() / relative;
+}
+
+}  // namespace hecaton::services::view

@@ -1,0 +1,42 @@
+#pragma once
+/// How the page draws an arm: the visual elements of its URDF, and the mesh files that they name. Only these files are
+/// served, and textures beside them.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "planner/model/source_file.hpp"
+#include "services/config/cell_file.hpp"
+
+namespace hecaton::services::view {
+
+/// The URDF of an arm for the page.
+struct ArmDrawing {
+  std::string url;           ///< "/robots/0.urdf"
+  std::string urdf;          ///< its text; mesh files have URLs of this server
+  bool has_visuals = false;  ///< false: the page draws the collision shapes
+  std::string note;          ///< a sentence about what cannot be drawn; empty: nothing
+};
+
+class Drawings {
+ public:
+  /// Reads the URDFs. What cannot be read is left out with a note; never throws because of a file.
+  explicit Drawings(const config::CellFile& file);
+
+  [[nodiscard]] const std::vector<ArmDrawing>& arms() const { return arms_; }  ///< one per arm of the cell
+  /// The mesh or texture at a path of the server ("/meshes/3/hand.stl"); empty: there is none.
+  [[nodiscard]] std::optional<std::filesystem::path> mesh(std::string_view path) const;
+
+ private:
+  [[nodiscard]] ArmDrawing draw(const config::RobotFiles& robot, const planner::SourceFiles& sources);
+  [[nodiscard]] std::string mesh_url(const std::filesystem::path& file);
+
+  std::vector<ArmDrawing> arms_;
+  std::vector<std::filesystem::path> meshes_;  ///< by the number in their URL
+};
+
+}  // namespace hecaton::services::view

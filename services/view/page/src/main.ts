@@ -1,0 +1,230 @@
+/// Connects the stream with the scene and the panels, and handles keys.
+import { Connection } from "./connection";
+import { byId, Panel } from "./panel";
+import { Plots } from "./plots";
+import type { FrameMessage, Message, ObstaclesMessage, StatusMessage } from "./protocol";
+import { CellScene, type Preset, type Toggles } from "./scene";
+import { Timeline } from "./timeline";
+
+const scene = new CellScene(byId("scene"));
+const panel = new Panel();
+const plots = new Plots(byId("plots"));
+const timeline = new Timeline(byId("replay"));
+const search = byId("search") as HTMLInputElement;
+const toggles: Toggles = { goals: true, halos: false, planning: false, binding: true, names: true, trails: false };
+
+let status: StatusMessage | null = null;
+let obstacles: ObstaclesMessage | null = null;
+let order: string[] = []; // of the arms
+let cellText = "";
+let selected: string | null = null;
+
+const ageOf = (arm: string): number => scene.ageOf(arm, performance.now());
+
+// --- layers, views, theme
+
+const TOGGLES: [keyof Toggles, string, string][] = [
+  ["goals", "Goals", "g"], ["binding", "Binding pairs", "b"], ["halos", "Safety distance", "s"],
+  ["planning", "Planner's shapes", "p"], ["trails", "Trails", "l"], ["names", "Names", "n"],
+];
+const VIEWS: [Preset, string, string][] = [
+  ["free", "Overview", "1"], ["top", "Top", "2"], ["front", "Front", "3"], ["side", "Side", "4"],
+];
+
+function button(host: HTMLElement, text: string, key: string, press: () => void): HTMLButtonElement {
+  const made = document.createElement("button");
+  made.textContent = text;
+  made.title = `${text} (${key.toUpperCase()})`;
+  made.onclick = press;
+  host.append(made);
+  return made;
+}
+
+const actions = new Map<string, () => void>();
+for (const [name, text, key] of TOGGLES) {
+  const made = button(byId("toggles"), text, key, () => actions.get(key)?.());
+  actions.set(key, () => {
+    toggles[name] = !toggles[name];
+    made.setAttribute("aria-pressed", String(toggles[name]));
+    scene.setToggles(toggles);
+  });
+  made.setAttribute("aria-pressed", String(toggles[name]));
+}
+for (const [preset, text, key] of VIEWS) {
+  button(byId("views"), text, key, () => actions.get(key)?.());
+  actions.set(key, () => {
+    scene.look(preset);
+    showFollow();
+  });
+}
+const followButton = button(byId("views"), "Follow", "f", () => actions.get("f")?.());
+function showFollow(): void {
+  followButton.setAttribute("aria-pressed", String(scene.follows !== null));
+}
+actions.set("f", () => {
+  scene.follow(scene.follows === null ? selected ?? order[0] ?? null : null);
+  showFollow();
+});
+
+const prefersLight = window.matchMedia("(prefers-color-scheme: light)").matches;
+let dark = (localStorage.getItem("theme") ?? (prefersLight ? "light" : "dark")) !== "light";
+function showTheme(): void {
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  scene.setTheme(dark);
+  plots.setTheme(dark);
+}
+actions.set("t", () => {
+  dark = !dark;
+  localStorage.setItem("theme", dark ? "dark" : "light");
+  showTheme();
+});
+byId("theme").onclick = () => actions.get("t")?.();
+
+const keys = byId("keys") as HTMLDialogElement;
+actions.set("?", () => (keys.open ? keys.close() : keys.showModal()));
+byId("help").onclick = () => actions.get("?")?.();
+keys.innerHTML = "<table>" + [
+  ...VIEWS.map(([, text, key]) => [key, text]), ["f", "Follow the selected arm"],
+  ...TOGGLES.map(([, text, key]) => [key, text]), ["t", "Dark or light"], ["/", "Search"], ["↑ ↓", "Select an arm"],
+  ["?", "This table"],
+].map(([key, text]) => `<tr><td><kbd>${key.toUpperCase()}</kbd></td><td>${text}</td></tr>`).join("") +
+  '</table><p class="dim">Search for words, or for a state: is:waiting, is:held.</p>' +
+  '<form method="dialog"><button>Close</button> <a href="licenses.txt">Licenses</a></form>';
+
+// --- selection and search
+
+function select(arm: string | null): void {
+  selected = arm;
+  scene.select(arm);
+  panel.select(arm);
+  if (scene.follows !== null && arm !== null) scene.follow(arm);
+  refresh();
+}
+scene.onSelect = select;
+panel.onSelect = select;
+
+function step(by: number): void {
+  const visible = panel.visibleArms(status);
+  if (!visible.length) return;
+  const at = selected === null ? -1 : visible.indexOf(selected);
+  select(visible[(Math.max(at, by > 0 ? -1 : 0) + by + visible.length) % visible.length]);
+}
+
+search.oninput = () => {
+  panel.setQuery(search.value.trim());
+  refresh();
+};
+
+function refresh(): void {
+  scene.setFilter(new Set(panel.visibleArms(status)));
+  if (status) panel.setStatus(status, ageOf);
+  if (obstacles) panel.setObstacles(obstacles);
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.target === search) {
+    if (event.key === "Escape") {
+      search.value = "";
+      search.dispatchEvent(new Event("input"));
+      search.blur();
+    }
+    return;
+  }
+  if (event.key === "/") search.focus();
+  else if (event.key === "ArrowDown") step(1);
+  else if (event.key === "ArrowUp") step(-1);
+  else {
+    const action = actions.get(event.key.toLowerCase());
+    // Space presses the button that has the focus.
+    if (!action || (event.key === " " && event.target instanceof HTMLButtonElement)) return;
+    action();
+  }
+  event.preventDefault();
+});
+
+// --- messages
+
+const connection = new Connection(`ws://${location.host}/live`);
+timeline.onCommand = (command) => connection.send(command);
+timeline.arm = () => selected;
+
+/** The keys of a recording. */
+function addReplayKeys(): void {
+  if (actions.has(" ")) return;
+  const more: [string, string, string, () => void][] = [
+    [" ", "Space", "Play or pause", () => timeline.toggle()],
+    [".", ".", "The next state of the selected arm", () => timeline.step(1)],
+    [",", ",", "The state before", () => timeline.step(-1)],
+    ["]", "]", "Faster", () => timeline.faster(1)],
+    ["[", "[", "Slower", () => timeline.faster(-1)],
+  ];
+  for (const [key, name, text, press] of more) {
+    actions.set(key, press);
+    const row = keys.querySelector("table")!.insertRow();
+    row.innerHTML = `<td><kbd>${name}</kbd></td><td>${text}</td>`;
+  }
+}
+
+connection.onState = (connected) => {
+  byId("offline").hidden = connected;
+};
+connection.onMessage = (message: Message, now: number) => {
+  switch (message.type) {
+    case "cell":
+      if (JSON.stringify(message) === cellText) {
+        scene.restart(); // the camera stays
+        break;
+      }
+      cellText = JSON.stringify(message);
+      order = message.arms.map((arm) => arm.name);
+      if (selected !== null && !order.includes(selected)) selected = null;
+      scene.setCell(message);
+      scene.setToggles(toggles);
+      panel.setCell(message);
+      plots.setCell(message);
+      break;
+    case "obstacles":
+      obstacles = message;
+      scene.setObstacles(message);
+      panel.setObstacles(message);
+      break;
+    case "status":
+      status = message;
+      scene.setStatus(message);
+      plots.add(message, ageOf);
+      refresh();
+      break;
+    case "recording":
+      timeline.setRecording(message);
+      addReplayKeys();
+      break;
+    case "playback":
+      timeline.setPlayback(message);
+      break;
+    case "frame":
+      scene.setFrame(message, now);
+      showJoints(message);
+      break;
+  }
+};
+
+let jointsAt = 0;
+function showJoints(frame: FrameMessage): void {
+  if (selected === null || Math.abs(frame.t - jointsAt) < 100) return;
+  jointsAt = frame.t;
+  const q = frame.arms[order.indexOf(selected)]?.[1];
+  if (q) panel.setJoints(q);
+}
+
+setInterval(() => {
+  const { framesPerSecond, scriptMean } = scene.statistics;
+  byId("rate").textContent = `${framesPerSecond.toFixed(0)} fps  ${scriptMean.toFixed(1)} ms`;
+  if (status) panel.setStatus(status, ageOf); // ages grow also while nothing arrives
+}, 1000);
+
+showTheme();
+connection.open();
+
+// For tests: what the page shows, in numbers.
+Object.assign(window, { hecaton: { scene, select, timeline } });

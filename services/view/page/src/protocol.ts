@@ -1,0 +1,209 @@
+/// What hecaton-view and `hecaton replay` send (services/view: cell_json.cpp, state_json.cpp; services/replay: replay.cpp).
+/// Lengths in metres, angles in radians, times in
+/// milliseconds unless a comment says otherwise.
+
+/** [x, y, z, qx, qy, qz, qw] */
+export type Pose = [number, number, number, number, number, number, number];
+export type Vector = [number, number, number];
+
+export interface Capsule {
+  pose: Pose; // in the frame of the body
+  radius: number;
+  length: number; // of the axis, without the caps
+}
+
+export type ShapeForm =
+  | { kind: "box"; size: Vector }
+  | { kind: "sphere"; radius: number }
+  | { kind: "capsule" | "cylinder"; radius: number; length: number }
+  | { kind: "convex"; vertices: Vector[]; faces: number[][] };
+
+export type Shape = ShapeForm & {
+  pose: Pose; // in the frame of the body
+  capsule: Capsule; // encloses the shape
+};
+
+export type LinkShape = Shape & {
+  link: number;
+  planning: Capsule | null; // planners measure distances with it; null: with the shape
+};
+
+export interface Link {
+  name: string;
+  parent: number; // −1: the base
+  pose: Pose; // of the joint in the parent's frame
+  axis: Vector;
+  kind: "fixed" | "revolute" | "prismatic";
+  joint: number; // index into q; −1: does not move
+  multiplier: number; // its joint is at multiplier · q[joint] + offset
+  offset: number;
+}
+
+export interface Arm {
+  name: string;
+  robot: string;
+  base: Pose; // in W
+  links: Link[]; // parents before children
+  shapes: LinkShape[];
+  joints: string[];
+  lower: number[];
+  upper: number[];
+  velocity: number[];
+  start: number[];
+  tool_link: number;
+  tool: Pose; // in the frame of the tool link
+  security_distance: number;
+  influence_distance: number;
+  method: string;
+  urdf: string | null; // where its visual elements are; null: it has none
+  note: string; // why it is drawn by its shapes; empty: nothing to say
+}
+
+export interface CellMessage {
+  type: "cell";
+  name: string;
+  version: string;
+  floor: number;
+  arms: Arm[];
+  hosts: string[];
+}
+
+export interface Obstacle {
+  name: string;
+  shapes: Shape[];
+  pose: Pose;
+  motion: string;
+  attached_to: string; // an arm; empty: none
+}
+
+export interface ObstaclesMessage {
+  type: "obstacles";
+  obstacles: Obstacle[];
+}
+
+export interface FrameMessage {
+  type: "frame";
+  t: number; // clock of the server, which runs evenly
+  rate: number; // of the time that is shown: 1 live, 0 paused
+  leaps: number; // grows when that time leaps
+  arms: [number | null, number[]][]; // age (null: never received), joint positions
+  obstacle_age: number | null;
+  obstacles: Record<string, Pose>;
+}
+
+export interface Cause {
+  kind: string;
+  subject: string;
+  text: string;
+}
+
+export interface Binding {
+  own: string; // "north/forearm"
+  other: string; // "west/wrist", or an obstacle
+  distance: number;
+}
+
+export interface Goal {
+  id: string;
+  state: string;
+  final: boolean;
+  cause: Cause | null;
+  action: string;
+  blocked: number; // [s]
+  distance: number;
+  elapsed: number; // [s]
+  note: string;
+  q: number[];
+  binding: Binding | null;
+}
+
+export interface ArmStatus {
+  name: string;
+  mode: "run" | "hold" | "stop" | "unknown";
+  waiting: Cause | null; // null: it moves
+  planner: string;
+  drive: string | null; // null: no state was received
+  goal: Goal | null;
+  lost: boolean;
+  moving?: boolean;
+  speed?: number; // of the fastest joint [rad/s | m/s]
+  carried?: string;
+  command_age?: number; // [s]
+}
+
+export interface NodeStatus {
+  name: string;
+  kind: string;
+  host: string;
+  pid: number;
+  state: string;
+  alive: boolean;
+  age: number;
+  cause: Cause | null;
+  tick: [number, number]; // p50, p99 [µs]
+  late: number; // of its timer, at most [µs]
+  input: string; // its oldest
+  input_age: number; // [s]
+  memory: number; // [byte]
+}
+
+export interface Fault {
+  id: string;
+  severity: "info" | "warning" | "error" | "critical";
+  kind: string;
+  subject: string;
+  text: string;
+  since: number; // Unix time
+  duration: number | null; // [s]; null: open
+}
+
+export interface StatusMessage {
+  type: "status";
+  t: number;
+  wall: number; // Unix time of the server
+  mode: "run" | "hold" | "stop" | null;
+  cause: Cause | null;
+  term: number;
+  supervisor: string;
+  contacts: { count: number; smallest: { a: string; b: string; distance: number } | null } | null;
+  faults: Fault[];
+  arms: ArmStatus[];
+  nodes: NodeStatus[];
+}
+
+// --- a recording: times are since its begin
+
+export interface Mark {
+  kind: "fault" | "goal" | "mode";
+  at: number;
+  until: number | null; // of a fault that was cleared
+  subject: string; // an arm; empty: the cell
+  text: string;
+  severity: string; // of a fault
+}
+
+export interface RecordingMessage {
+  type: "recording";
+  files: string[];
+  begin: number; // Unix time
+  length: number;
+  notes: string[]; // what is damaged, cut or left out
+  marks: Mark[]; // by time
+}
+
+export interface PlaybackMessage {
+  type: "playback";
+  at: number;
+  plays: boolean;
+  speed: number;
+}
+
+export type Message =
+  CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | RecordingMessage | PlaybackMessage;
+
+/** What a page of a recording sends. A step goes to the next or previous state of the arm; empty: of any arm. */
+export type Command =
+  | { op: "play" | "pause" }
+  | { op: "speed"; value: number } // 0.1 to 10
+  | { op: "seek"; at: number }
+  | { op: "step"; by: -1 | 1; arm: string };

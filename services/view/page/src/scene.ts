@@ -1,0 +1,419 @@
+/// The scene: cameras, bodies, and what is drawn between them.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./figures";
+import { PoseTrack, ServerClock, SHOWN_DELAY, Track } from "./motion";
+import { nearestOf, type Segment } from "./nearest";
+import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, StatusMessage } from "./protocol";
+import { loadVisuals } from "./visuals";
+import { distanceText, MARKS, stateOf } from "./words";
+
+export interface Toggles {
+  goals: boolean;
+  halos: boolean;
+  planning: boolean;
+  binding: boolean;
+  names: boolean;
+  trails: boolean;
+}
+
+export type Preset = "free" | "top" | "front" | "side";
+
+const PRESETS: Record<Preset, THREE.Vector3> = {
+  free: new THREE.Vector3(0.9, -1.1, 0.75),
+  top: new THREE.Vector3(0, -0.001, 1),
+  front: new THREE.Vector3(1, 0, 0.12),
+  side: new THREE.Vector3(0, -1, 0.12),
+};
+const TRAIL_POINTS = 90; // three seconds
+
+interface ArmEntry {
+  figure: ArmFigure;
+  track: Track;
+  age: number; // of the newest state in the last frame
+  status: ArmStatus | null;
+  pair: PairLine;
+  pairLabel: Label;
+  name: Label;
+  trail: THREE.Line;
+  trailCount: number;
+  visible: boolean; // by the filter
+}
+
+/** What a frame took in the scripts of the page, without the graphics processor [ms]. */
+export interface FrameStatistics {
+  framesPerSecond: number;
+  scriptMean: number;
+  scriptMost: number;
+  frames: number;
+}
+
+export class CellScene {
+  readonly clock = new ServerClock();
+  onSelect: (arm: string | null) => void = () => {};
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly scene = new THREE.Scene();
+  private readonly overlay = new THREE.Group(); // names and lines, placed after the bodies
+  private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.02, 200);
+  private readonly controls: OrbitControls;
+  private grid = new THREE.GridHelper(1, 1);
+  private readonly arms = new Map<string, ArmEntry>();
+  private readonly obstacles = new Map<string, { figure: ObstacleFigure; track: PoseTrack }>();
+  private toggles: Toggles = { goals: true, halos: false, planning: false, binding: true, names: true, trails: false };
+  private selected: string | null = null;
+  private followed: string | null = null;
+  private floor = 0;
+  private dark = true;
+  private readonly script: number[] = [];
+  private readonly times: number[] = [];
+  private readonly scratch: number[] = [];
+  private readonly vector = new THREE.Vector3();
+  private readonly vector2 = new THREE.Vector3();
+  private lastTrail = 0;
+  private rate = 1; // of the time that the frames show
+  private leaps = 0; // of that time
+  private obstacleAge = Number.POSITIVE_INFINITY; // in the last frame
+
+  constructor(private readonly host: HTMLElement) {
+    this.renderer = new THREE.WebGLRenderer({ antialias: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    host.append(this.renderer.domElement);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.15;
+    this.scene.matrixWorldAutoUpdate = false; // once a frame, before the lines between bodies are drawn
+    const sky = new THREE.HemisphereLight(0xffffff, 0x555a60, 1.9);
+    sky.position.set(0, 0, 1);
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(2, -3, 5);
+    this.scene.add(sky, sun, this.grid, this.overlay);
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.listenForSelection();
+    this.resize();
+    this.renderer.setAnimationLoop(() => this.draw());
+  }
+
+  // --- messages
+
+  setCell(cell: CellMessage): void {
+    for (const entry of this.arms.values()) {
+      entry.figure.remove();
+      this.overlay.remove(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, entry.trail);
+    }
+    this.arms.clear();
+    this.clock.reset();
+    this.floor = cell.floor;
+    cell.arms.forEach((arm, index) => {
+      const figure = new ArmFigure(arm, index, this.scene);
+      const trail = new THREE.Line(
+        new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(TRAIL_POINTS * 3, 3)),
+        new THREE.LineBasicMaterial({ color: armColour(index), transparent: true, opacity: 0.8 }));
+      trail.frustumCulled = false;
+      const entry: ArmEntry = {
+        figure, track: new Track(), age: Number.POSITIVE_INFINITY, status: null, pair: new PairLine(0xe8b04a), pairLabel: new Label(),
+        name: new Label(), trail, trailCount: 0, visible: true,
+      };
+      entry.pair.line.visible = entry.pairLabel.sprite.visible = trail.visible = false;
+      this.overlay.add(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, trail);
+      figure.showLayers(this.toggles);
+      this.arms.set(arm.name, entry);
+      if (arm.urdf !== null) {
+        loadVisuals(arm.urdf).then((visuals) => figure.addVisuals(visuals),
+          (error) => console.warn(`arm ${arm.name} is drawn by its collision shapes: ${String(error)}`));
+      }
+    });
+    this.layGrid();
+    this.look("free");
+  }
+
+  /** A new connection to the same cell: the server's clock may be another one. */
+  restart(): void {
+    this.clock.reset();
+    this.forgetMotion();
+  }
+
+  /** Nothing moves from where it was to where it is next. */
+  private forgetMotion(): void {
+    for (const entry of this.arms.values()) {
+      entry.track = new Track();
+      entry.trailCount = 0;
+      entry.figure.move(entry.figure.arm.start);
+    }
+    for (const entry of this.obstacles.values()) entry.track = new PoseTrack();
+  }
+
+  setObstacles(message: ObstaclesMessage): void {
+    for (const { figure } of this.obstacles.values()) this.scene.remove(figure.group);
+    const before = new Map(this.obstacles);
+    this.obstacles.clear();
+    for (const obstacle of message.obstacles) {
+      const figure = new ObstacleFigure(obstacle);
+      this.scene.add(figure.group);
+      this.obstacles.set(obstacle.name, { figure, track: before.get(obstacle.name)?.track ?? new PoseTrack() });
+    }
+  }
+
+  setFrame(frame: FrameMessage, now: number): void {
+    if (frame.leaps !== this.leaps) this.forgetMotion();
+    this.leaps = frame.leaps;
+    this.rate = frame.rate;
+    this.clock.received(frame.t, now);
+    // When a sample of this age was shown, or would have been.
+    const timeOf = (age: number): number => frame.t - (frame.rate > 0 ? age / frame.rate : 0);
+    let index = 0;
+    for (const entry of this.arms.values()) {
+      const [age, q] = frame.arms[index++] ?? [null, []];
+      // A state that is no number (null) is not drawn, and so the arm becomes stale.
+      entry.age = age ?? Number.POSITIVE_INFINITY;
+      if (age !== null && q.length && q.every(Number.isFinite)) entry.track.add(timeOf(age), q);
+    }
+    this.obstacleAge = frame.obstacle_age ?? Number.POSITIVE_INFINITY;
+    if (frame.obstacle_age === null) return;
+    for (const [name, pose] of Object.entries(frame.obstacles)) {
+      this.obstacles.get(name)?.track.add(timeOf(frame.obstacle_age), pose);
+    }
+  }
+
+  setStatus(status: StatusMessage): void {
+    for (const arm of status.arms) {
+      const entry = this.arms.get(arm.name);
+      if (entry) entry.status = arm;
+    }
+    this.showGoals();
+  }
+
+  // --- what is shown
+
+  setToggles(toggles: Toggles): void {
+    this.toggles = { ...toggles };
+    for (const entry of this.arms.values()) {
+      entry.figure.showLayers(toggles);
+      entry.trail.visible = toggles.trails;
+    }
+    this.showGoals();
+  }
+
+  setTheme(dark: boolean): void {
+    this.dark = dark;
+    this.scene.background = new THREE.Color(dark ? 0x15181c : 0xeef0f2);
+    this.layGrid();
+  }
+
+  /** Arms that are not among them are drawn, but without name and pair. */
+  setFilter(names: ReadonlySet<string>): void {
+    for (const [name, entry] of this.arms) entry.visible = names.has(name);
+  }
+
+  select(arm: string | null): void {
+    this.selected = arm;
+  }
+
+  /** The camera keeps its distance to the tool of that arm. */
+  follow(arm: string | null): void {
+    this.followed = arm;
+  }
+  get follows(): string | null {
+    return this.followed;
+  }
+
+  look(preset: Preset): void {
+    this.followed = null;
+    const box = this.bounds();
+    const centre = box.getCenter(new THREE.Vector3());
+    const radius = Math.max(0.5, box.getSize(new THREE.Vector3()).length() / 2);
+    const half = (this.camera.fov * Math.PI) / 360;
+    const narrow = Math.min(1, this.camera.aspect);
+    const distance = radius / Math.sin(Math.atan(Math.tan(half) * narrow));
+    this.controls.target.copy(centre);
+    this.camera.position.copy(PRESETS[preset]).normalize().multiplyScalar(distance).add(centre);
+    this.controls.update();
+  }
+
+  /** Age of the newest state of an arm at local time `now` [ms]. */
+  ageOf(arm: string, now: number): number {
+    const entry = this.arms.get(arm);
+    return entry ? this.ageAt(entry, this.clock.at(now)) : Number.POSITIVE_INFINITY;
+  }
+  /** Live, ages grow between frames and after the last one. The time of a recording may stand. */
+  private ageAt(entry: ArmEntry, server: number): number {
+    return this.rate === 1 ? server - entry.track.newestTime : entry.age;
+  }
+
+  get statistics(): FrameStatistics {
+    const span = this.times.length > 1 ? this.times[this.times.length - 1] - this.times[0] : 0;
+    return {
+      framesPerSecond: span > 0 ? ((this.times.length - 1) * 1000) / span : 0,
+      scriptMean: this.script.reduce((sum, t) => sum + t, 0) / Math.max(1, this.script.length),
+      scriptMost: Math.max(0, ...this.script),
+      frames: this.script.length,
+    };
+  }
+
+  /** An arm as it is drawn: joint positions, and the poses of all links in W (column-major). Null before its first
+   * state. For tests. */
+  drawn(arm: string): { q: number[]; base: number[]; links: Record<string, number[]> } | null {
+    const entry = this.arms.get(arm);
+    if (!entry || entry.track.newest === undefined) return null;
+    const links = entry.figure.tree.links.map((group) => [group.name, Array.from(group.matrixWorld.elements)] as const);
+    return { q: [...entry.figure.q], base: [...entry.figure.arm.base], links: Object.fromEntries(links) };
+  }
+  opacityOf(arm: string): number {
+    return this.arms.get(arm)?.figure.shownOpacity ?? 0;
+  }
+  /** Where the tool of an arm is on the screen [px]. For tests. */
+  toolOnScreen(arm: string): [number, number] | null {
+    const entry = this.arms.get(arm);
+    if (!entry) return null;
+    const point = entry.figure.toolPosition(this.vector).project(this.camera);
+    return [((point.x + 1) / 2) * this.host.clientWidth, ((1 - point.y) / 2) * this.host.clientHeight];
+  }
+
+  // --- one frame
+
+  private draw(): void {
+    const began = performance.now();
+    const server = this.clock.at(began);
+    const shown = server - SHOWN_DELAY;
+    for (const entry of this.arms.values()) {
+      if (entry.track.sample(shown, this.scratch)) entry.figure.move(this.scratch);
+      entry.figure.show(this.ageAt(entry, server), entry.status?.lost ?? false);
+    }
+    for (const { figure, track } of this.obstacles.values()) {
+      if (track.sample(shown, this.scratch)) place(figure.group, this.scratch);
+      figure.show(this.rate === 1 ? server - track.newestTime : this.obstacleAge);
+    }
+    this.scene.updateMatrixWorld();
+    this.annotate(server);
+    this.overlay.updateMatrixWorld();
+    this.moveCamera();
+    this.renderer.render(this.scene, this.camera);
+    this.times.push(began);
+    this.script.push(performance.now() - began);
+    if (this.times.length > 240) {
+      this.times.shift();
+      this.script.shift();
+    }
+  }
+
+  private annotate(server: number): void {
+    const text = this.dark ? "#e6e8ea" : "#1b1e22";
+    const background = this.dark ? "rgba(30,34,39,0.75)" : "rgba(255,255,255,0.8)";
+    const addTrail = server - this.lastTrail > 33 && this.rate > 0;
+    if (addTrail) this.lastTrail = server;
+    for (const [name, entry] of this.arms) {
+      entry.name.sprite.visible = this.toggles.names && (entry.visible || name === this.selected);
+      if (entry.name.sprite.visible) {
+        const state = entry.status ? stateOf(entry.status, this.ageAt(entry, server)) : "stale";
+        const chosen = name === this.selected;
+        const [ink, paper] = chosen ? (this.dark ? ["#15181c", "#e6e8ea"] : ["#ffffff", "#1b1e22"]) : [text, background];
+        entry.name.set(`${MARKS[state]} ${name}`, ink, paper);
+        entry.name.sprite.position.copy(entry.figure.toolPosition(this.vector));
+      }
+      this.drawPair(name, entry);
+      if (this.toggles.trails && addTrail) this.extendTrail(entry);
+    }
+  }
+
+  private extendTrail(entry: ArmEntry): void {
+    const positions = entry.trail.geometry.getAttribute("position") as THREE.BufferAttribute;
+    const array = positions.array as Float32Array;
+    if (entry.trailCount === TRAIL_POINTS) array.copyWithin(0, 3);
+    else ++entry.trailCount;
+    entry.figure.toolPosition(this.vector).toArray(array, (entry.trailCount - 1) * 3);
+    positions.needsUpdate = true;
+    entry.trail.geometry.setDrawRange(0, entry.trailCount);
+  }
+
+  /** The line between the two bodies that bound the motion of an arm, with the distance that its planner reports. */
+  private drawPair(name: string, entry: ArmEntry): void {
+    const goal = entry.status?.goal;
+    const binding = goal && !goal.final ? goal.binding : null;
+    const wanted = this.toggles.binding && binding !== null && (entry.visible || name === this.selected);
+    const pair = wanted ? nearestOf(this.segmentsOf(binding.own), this.segmentsOf(binding.other)) : undefined;
+    entry.pair.line.visible = entry.pairLabel.sprite.visible = pair !== undefined;
+    if (!pair || !binding) return;
+    entry.pair.set(pair.own, pair.other);
+    entry.pairLabel.set(distanceText(binding.distance), "#15181c", "rgba(232,176,74,0.92)");
+    entry.pairLabel.sprite.position.set((pair.own[0] + pair.other[0]) / 2, (pair.own[1] + pair.other[1]) / 2,
+                                        (pair.own[2] + pair.other[2]) / 2);
+  }
+
+  /** Of a body by its name in a report: "north/forearm", or an obstacle. */
+  private segmentsOf(body: string): Segment[] {
+    const slash = body.indexOf("/");
+    const arm = slash > 0 ? this.arms.get(body.slice(0, slash)) : undefined;
+    if (arm) return arm.figure.segments(body.slice(slash + 1));
+    return this.obstacles.get(body)?.figure.segments() ?? [];
+  }
+
+  private moveCamera(): void {
+    const followed = this.followed !== null ? this.arms.get(this.followed) : undefined;
+    if (followed) {
+      const tool = followed.figure.toolPosition(this.vector);
+      const step = this.vector2.copy(tool).sub(this.controls.target).multiplyScalar(0.15);
+      this.controls.target.add(step);
+      this.camera.position.add(step);
+    }
+    this.controls.update();
+    this.camera.updateMatrixWorld();
+  }
+
+  // --- helpers
+
+  private showGoals(): void {
+    for (const { figure, status } of this.arms.values()) {
+      const goal = status?.goal;
+      figure.showGoal(this.toggles.goals && goal && !goal.final && goal.q.length ? goal.q : null);
+    }
+  }
+
+  private bounds(): THREE.Box3 {
+    const box = new THREE.Box3();
+    this.scene.updateMatrixWorld();
+    for (const { figure } of this.arms.values()) box.expandByObject(figure.tree.root);
+    if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, 0), new THREE.Vector3(1, 1, 1));
+    return box;
+  }
+
+  private layGrid(): void {
+    this.scene.remove(this.grid);
+    this.grid.dispose();
+    const box = this.bounds();
+    const reach = Math.max(Math.abs(box.min.x), Math.abs(box.max.x), Math.abs(box.min.y), Math.abs(box.max.y), 1);
+    const size = 2 * Math.ceil(1.4 * reach);
+    const [line, axis] = this.dark ? [0x2a2f35, 0x3d444c] : [0xd5d9dd, 0xb4bac0];
+    this.grid = new THREE.GridHelper(size, size * 2, axis, line);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.z = this.floor - 0.001;
+    this.scene.add(this.grid);
+  }
+
+  private resize(): void {
+    const width = Math.max(1, this.host.clientWidth);
+    const height = Math.max(1, this.host.clientHeight);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.renderer.setSize(width, height);
+  }
+
+  private listenForSelection(): void {
+    const canvas = this.renderer.domElement;
+    let pressed: [number, number] = [0, 0];
+    canvas.addEventListener("pointerdown", (event) => (pressed = [event.clientX, event.clientY]));
+    canvas.addEventListener("pointerup", (event) => {
+      if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 5) return; // the camera was turned
+      const place = canvas.getBoundingClientRect();
+      const point = new THREE.Vector2(((event.clientX - place.left) / place.width) * 2 - 1,
+                                      1 - ((event.clientY - place.top) / place.height) * 2);
+      const ray = new THREE.Raycaster();
+      ray.setFromCamera(point, this.camera);
+      let best: { arm: string; distance: number } | null = null;
+      for (const [name, { figure }] of this.arms) {
+        const hit = ray.intersectObjects(figure.parts, true)[0];
+        if (hit && (!best || hit.distance < best.distance)) best = { arm: name, distance: hit.distance };
+      }
+      this.onSelect(best ? best.arm : null);
+    });
+  }
+}

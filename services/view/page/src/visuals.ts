@@ -1,0 +1,68 @@
+/// The visual elements of a URDF, with their meshes: STL and COLLADA (urdf-loader), OBJ and glTF (three's loaders).
+import * as THREE from "three";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { MTLLoader } from "three/examples/jsm/loaders/MTLLoader.js";
+import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
+import URDFLoader from "urdf-loader";
+
+type Load = URDFLoader["loadMeshCb"];
+type Done = Parameters<Load>[3];
+
+/** Objects by the name of their link, in the frame of the link. Waits until the meshes are there. */
+export async function loadVisuals(url: string): Promise<Map<string, THREE.Object3D[]>> {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}`);
+  const manager = new THREE.LoadingManager();
+  const loader = new URDFLoader(manager);
+  loader.parseVisual = true;
+  loader.parseCollision = false;
+  const standard = loader.loadMeshCb.bind(loader);
+  loader.loadMeshCb = (path, meshes, material, done) => loadMesh(standard, path, meshes, material, done);
+  const failed: string[] = [];
+  manager.onError = (path) => failed.push(path);
+  const loaded = new Promise<void>((resolve) => (manager.onLoad = resolve));
+  const key = "text";
+  manager.itemStart(key);
+  const robot = loader.parse(await answer.text());
+  manager.itemEnd(key);
+  await loaded;
+  if (failed.length) console.warn(`meshes that could not be loaded: ${failed.join(", ")}`);
+
+  const byLink = new Map<string, THREE.Object3D[]>();
+  for (const [name, link] of Object.entries(robot.links)) {
+    const visuals = link.children.filter((child) => (child as { isURDFVisual?: boolean }).isURDFVisual);
+    if (visuals.length) byLink.set(name, visuals);
+  }
+  return byLink;
+}
+
+function loadMesh(standard: Load, path: string, manager: THREE.LoadingManager, material: THREE.Material,
+                  done: Done): void {
+  const extension = path.slice(path.lastIndexOf(".") + 1).toLowerCase();
+  const fail = (error: unknown): void => done(new THREE.Group(), error instanceof Error ? error : new Error(path));
+  if (extension === "glb" || extension === "gltf") {
+    new GLTFLoader(manager).load(path, (model) => done(model.scene), undefined, fail);
+  } else if (extension === "obj") {
+    manager.itemStart(path);
+    loadObj(path, manager).then(done, fail).finally(() => manager.itemEnd(path));
+  } else {
+    standard(path, manager, material, done);
+  }
+}
+
+/** An OBJ may name a file of materials beside it. */
+async function loadObj(path: string, manager: THREE.LoadingManager): Promise<THREE.Object3D> {
+  const loader = new OBJLoader(manager);
+  const text = await (await fetch(path)).text();
+  const library = /^mtllib\s+(.+?)\s*$/m.exec(text)?.[1];
+  if (library) {
+    const folder = path.slice(0, path.lastIndexOf("/") + 1);
+    const answer = await fetch(folder + library);
+    if (answer.ok) {
+      const materials = new MTLLoader(manager).parse(await answer.text(), folder);
+      materials.preload();
+      loader.setMaterials(materials);
+    }
+  }
+  return loader.parse(text);
+}

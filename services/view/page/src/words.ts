@@ -1,0 +1,83 @@
+/// Numbers and states in words, with widths that do not jump.
+import type { ArmStatus, Fault, StatusMessage } from "./protocol";
+
+/** The state of an arm for people. Each has its own colour and its own mark, so that neither is needed alone. */
+export type ArmState = "moving" | "waiting" | "idle" | "held" | "stopped" | "fault" | "lost" | "stale";
+
+export const MARKS: Record<ArmState, string> = {
+  moving: "●", waiting: "◆", idle: "○", held: "‖", stopped: "■", fault: "▲", lost: "✕", stale: "◌",
+};
+
+const FAULT_DRIVES = new Set(["failed"]);
+/** Ages above this count as stale [ms]. */
+export const STALE_AGE = 500;
+
+/** `age`: of its newest state [ms]. */
+export function stateOf(arm: ArmStatus, age: number): ArmState {
+  if (arm.lost) return "lost";
+  if (!(age <= STALE_AGE)) return "stale";
+  if (arm.drive !== null && FAULT_DRIVES.has(arm.drive)) return "fault";
+  if (arm.mode === "stop") return "stopped";
+  if (arm.mode === "hold" || arm.mode === "unknown") return "held";
+  if (arm.waiting === null) return "moving";
+  return arm.waiting.kind === "no_goal" ? "idle" : "waiting";
+}
+
+/** One sentence: why the arm stands, or what it does. */
+export function reasonOf(arm: ArmStatus): string {
+  if (arm.waiting !== null) {
+    const text = arm.waiting.text || arm.waiting.kind.replace(/_/g, " ");
+    return arm.waiting.kind === "no_goal" ? `waits for ${text}` : text;
+  }
+  if (arm.goal !== null && !arm.goal.final) return arm.goal.action || `goes to goal ${arm.goal.id}`;
+  return "moves";
+}
+
+export function ageText(milliseconds: number | null): string {
+  if (milliseconds === null || !Number.isFinite(milliseconds)) return "never";
+  if (milliseconds < 1000) return `${Math.round(milliseconds)} ms`;
+  if (milliseconds < 60_000) return `${(milliseconds / 1000).toFixed(1)} s`;
+  return `${Math.floor(milliseconds / 60_000)} min ${Math.floor((milliseconds % 60_000) / 1000)} s`;
+}
+
+export function durationText(seconds: number): string {
+  return ageText(seconds * 1000);
+}
+
+export function distanceText(metres: number): string {
+  return Math.abs(metres) < 1 ? `${Math.round(metres * 1000)} mm` : `${metres.toFixed(2)} m`;
+}
+
+export function clockText(unix: number): string {
+  const date = new Date(unix);
+  const two = (n: number): string => String(n).padStart(2, "0");
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}`;
+}
+
+/** A time since the begin of a recording [ms]: "1:02.345". */
+export function offsetText(milliseconds: number): string {
+  const all = Math.max(0, Math.round(milliseconds));
+  const two = (n: number): string => String(n).padStart(2, "0");
+  const minutes = Math.floor(all / 60_000);
+  const hours = minutes >= 60 ? `${Math.floor(minutes / 60)}:` : "";
+  const clock = `${hours ? two(minutes % 60) : minutes}:${two(Math.floor(all / 1000) % 60)}`;
+  return `${hours}${clock}.${String(all % 1000).padStart(3, "0")}`;
+}
+
+/** The share of `part` in `whole`, within 0 and 1. */
+export function shareOf(part: number, whole: number): number {
+  return whole > 0 ? Math.min(1, Math.max(0, part / whole)) : 0;
+}
+
+export const isOpen = (fault: Fault): boolean => fault.duration === null;
+
+/** "RUN", or what holds the cell. */
+export function modeText(status: StatusMessage): string {
+  return status.mode === null ? "NO SUPERVISOR" : status.mode.toUpperCase();
+}
+
+/** Every word of `query` is part of one of the texts; case does not matter. */
+export function matches(query: string, ...texts: string[]): boolean {
+  const all = texts.join(" ").toLowerCase();
+  return query.toLowerCase().split(/\s+/).every((word) => all.includes(word));
+}

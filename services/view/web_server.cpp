@@ -1,0 +1,341 @@
+#include "services/view/web_server.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+namespace hecaton::services {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using Error = beast::error_code;
+using Request = http::request<http::string_body>;
+using Response = http::response<http::string_body>;
+using Message = std::shared_ptr<const std::string>;
+using Messages = std::array<Message, kChannels>;
+
+constexpr const char* kLivePath = "/live";
+constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
+constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
+constexpr std::chrono::seconds kRequestTimeout{30};
+/// Of a client that answers no ping. A browser on a busy machine reads for long what it has received before.
+constexpr std::chrono::seconds kSilenceTimeout{120};
+/// What the kernel holds for a slow client is old when it arrives [byte].
+constexpr int kSendBuffer = 64 * 1024;
+
+std::string_view view_of(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+/// The Host header without its port.
+std::string_view name_in(std::string_view host) {
+  return host.substr(0, host.rfind(':'));
+}
+
+bool is_own_host(std::string_view host) {
+  const std::string_view name = name_in(host);
+  if (name == "localhost") return true;
+  Error not_an_address;
+  static_cast<void>(asio::ip::make_address_v4(std::string(name), not_an_address));
+  if (!not_an_address) return true;
+  Error unknown;
+  return name == asio::ip::host_name(unknown) && !unknown;
+}
+
+/// A browser sends the Origin of the page that opens a WebSocket; other programs send none.
+bool is_same_origin(const Request& request) {
+  const auto origin = request.find(http::field::origin);
+  if (origin == request.end()) return true;
+  const std::string_view text = view_of(origin->value());
+  constexpr std::string_view kScheme = "http://";
+  return text.starts_with(kScheme) && text.substr(kScheme.size()) == view_of(request[http::field::host]);
+}
+
+Response answer(const Request& request, http::status status, std::string body) {
+  Response response(status, request.version());
+  response.set(http::field::content_type, "text/plain; charset=utf-8");
+  response.body() = std::move(body);
+  return response;
+}
+
+/// State that the thread of the server owns, unless a member says otherwise.
+struct Shared;
+
+/// One WebSocket. It keeps itself alive as long as an operation is under way.
+class LiveClient : public std::enable_shared_from_this<LiveClient> {
+ public:
+  LiveClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {}
+  void accept(Request request);
+  void offer(std::size_t channel, const Message& message);
+  void close() { beast::get_lowest_layer(stream_).close(); }
+
+ private:
+  void read();
+  void write();
+  void leave();
+
+  websocket::stream<beast::tcp_stream> stream_;
+  Shared& shared_;
+  Request request_;
+  beast::flat_buffer incoming_;
+  Messages pending_;
+  Message sending_;
+  bool writing_ = false;
+};
+
+/// One HTTP connection, until it becomes a WebSocket.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(tcp::socket socket, Shared& shared);
+  ~HttpConnection();
+  HttpConnection(const HttpConnection&) = delete;
+  HttpConnection& operator=(const HttpConnection&) = delete;
+  void read();
+
+ private:
+  void respond();
+  [[nodiscard]] Response response() const;
+
+  beast::tcp_stream stream_;
+  Shared& shared_;
+  beast::flat_buffer incoming_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  Request request_;
+  Response response_;
+};
+
+struct Shared {
+  WebServerOptions options;
+  Messages newest;
+  std::set<std::shared_ptr<LiveClient>> clients;
+  int connections = 0;                    // HTTP
+  std::atomic<int> client_count{0};       // for any thread
+  std::atomic<std::uint64_t> skipped{0};  // for any thread
+};
+
+// --- LiveClient
+
+void LiveClient::accept(Request request) {
+  request_ = std::move(request);
+  stream_.set_option(websocket::stream_base::timeout{kRequestTimeout, kSilenceTimeout, true});
+  stream_.read_message_max(kLongestMessage);
+  stream_.text(true);
+  stream_.async_accept(request_, [self = shared_from_this()](Error error) {
+    if (error) return;
+    self->shared_.clients.insert(self);
+    self->shared_.client_count = static_cast<int>(self->shared_.clients.size());
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+      if (self->shared_.newest[channel]) self->offer(channel, self->shared_.newest[channel]);
+    }
+    self->read();
+  });
+}
+
+void LiveClient::offer(std::size_t channel, const Message& message) {
+  if (pending_[channel]) ++shared_.skipped;
+  pending_[channel] = message;
+  if (!writing_) write();
+}
+
+void LiveClient::write() {
+  for (Message& message : pending_) {
+    if (!message) continue;
+    sending_ = std::exchange(message, nullptr);
+    writing_ = true;
+    stream_.async_write(asio::buffer(*sending_), [self = shared_from_this()](Error error, std::size_t) {
+      self->writing_ = false;
+      if (error) return self->leave();
+      self->write();
+    });
+    return;
+  }
+}
+
+void LiveClient::read() {
+  stream_.async_read(incoming_, [self = shared_from_this()](Error error, std::size_t) {
+    if (error) return self->leave();
+    if (self->shared_.options.received) {
+      const auto bytes = self->incoming_.data();
+      self->shared_.options.received({static_cast<const char*>(bytes.data()), bytes.size()});
+    }
+    self->incoming_.clear();
+    self->read();
+  });
+}
+
+void LiveClient::leave() {
+  close();
+  shared_.clients.erase(shared_from_this());
+  shared_.client_count = static_cast<int>(shared_.clients.size());
+}
+
+// --- HttpConnection
+
+HttpConnection::HttpConnection(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
+  ++shared_.connections;
+}
+
+HttpConnection::~HttpConnection() {
+  --shared_.connections;
+}
+
+void HttpConnection::read() {
+  parser_.emplace();
+  parser_->body_limit(kLongestRequest);
+  parser_->header_limit(kLongestRequest);
+  stream_.expires_after(kRequestTimeout);
+  http::async_read(stream_, incoming_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
+    if (error) return self->stream_.close();
+    self->request_ = self->parser_->release();
+    self->respond();
+  });
+}
+
+void HttpConnection::respond() {
+  const bool own = is_own_host(view_of(request_[http::field::host]));
+  if (websocket::is_upgrade(request_) && request_.target() == kLivePath && own && is_same_origin(request_)) {
+    stream_.expires_never();
+    std::make_shared<LiveClient>(stream_.release_socket(), shared_)->accept(std::move(request_));
+    return;
+  }
+  response_ = response();
+  response_.keep_alive(request_.keep_alive());
+  response_.set(http::field::server, "hecaton-view");
+  // The page changes with the program only; a browser asks each time whether it is the same.
+  response_.set(http::field::cache_control, "no-cache");
+  response_.set("X-Content-Type-Options", "nosniff");
+  response_.set("Content-Security-Policy",
+                "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+                "connect-src 'self' blob: data:; frame-ancestors 'none'");
+  response_.prepare_payload();
+  if (request_.method() == http::verb::head) response_.body().clear();
+  stream_.expires_after(kRequestTimeout);
+  http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
+    if (error || !self->response_.keep_alive()) return self->stream_.close();
+    self->read();
+  });
+}
+
+Response HttpConnection::response() const {
+  if (!is_own_host(view_of(request_[http::field::host]))) {
+    return answer(request_, http::status::forbidden,
+                  "The view answers to its address, to localhost and to this machine's name only.\n");
+  }
+  if (request_.target() == kLivePath) {
+    return websocket::is_upgrade(request_)
+               ? answer(request_, http::status::forbidden, "The stream is for the page of this server only.\n")
+               : answer(request_, http::status::upgrade_required, "This is the stream of the page: a WebSocket.\n");
+  }
+  if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
+    return answer(request_, http::status::method_not_allowed, "The view takes GET and HEAD only.\n");
+  }
+  const std::string_view target = view_of(request_.target());
+  const auto file = shared_.options.file ? shared_.options.file(target.substr(0, target.find('?'))) : std::nullopt;
+  if (!file) return answer(request_, http::status::not_found, "There is no such file.\n");
+  Response response = answer(request_, http::status::ok, *file->content);
+  response.set(http::field::content_type, file->type);
+  if (file->compressed) response.set(http::field::content_encoding, "gzip");
+  return response;
+}
+
+}  // namespace
+
+// --- WebServer
+
+struct WebServer::Impl {
+  explicit Impl(const WebServerOptions& options) : acceptor(context) {
+    shared.options = options;
+    try {
+      const tcp::endpoint endpoint(asio::ip::make_address_v4(options.address), options.port);
+      acceptor.open(endpoint.protocol());
+      acceptor.set_option(tcp::acceptor::reuse_address(true));
+      acceptor.bind(endpoint);
+      acceptor.listen();
+      port = acceptor.local_endpoint().port();
+    } catch (const boost::system::system_error& error) {
+      throw std::runtime_error("the page cannot listen on " + options.address + ":" + std::to_string(options.port) +
+                               ": " + error.code().message());
+    }
+    accept();
+    thread = std::thread([this] { context.run(); });
+  }
+
+  void accept() {
+    acceptor.async_accept([this](Error error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted) return;
+      if (error) return retry();
+      accept();
+      if (shared.connections + static_cast<int>(shared.clients.size()) >= shared.options.most_connections) return;
+      Error ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+      std::make_shared<HttpConnection>(std::move(socket), shared)->read();
+    });
+  }
+
+  /// The kernel has no descriptor left, or the client has gone already.
+  void retry() {
+    pause.expires_after(std::chrono::milliseconds(100));
+    pause.async_wait([this](Error error) {
+      if (!error) accept();
+    });
+  }
+
+  // The context outlives the operations, which it destroys; they refer to `shared`.
+  Shared shared;
+  asio::io_context context{1};
+  tcp::acceptor acceptor;
+  asio::steady_timer pause{context};
+  std::uint16_t port = 0;
+  std::thread thread;
+};
+
+WebServer::WebServer(const WebServerOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+
+WebServer::~WebServer() {
+  asio::post(impl_->context, [impl = impl_.get()] {
+    Error ignored;
+    impl->acceptor.close(ignored);
+    for (const auto& client : impl->shared.clients) client->close();
+    impl->context.stop();
+  });
+  impl_->thread.join();
+  impl_->shared.clients.clear();
+}
+
+void WebServer::publish(Channel channel, std::string message) {
+  asio::post(impl_->context, [impl = impl_.get(), index = static_cast<std::size_t>(channel),
+                              shared = std::make_shared<const std::string>(std::move(message))] {
+    impl->shared.newest[index] = shared;
+    for (const auto& client : impl->shared.clients) client->offer(index, shared);
+  });
+}
+
+int WebServer::clients() const {
+  return impl_->shared.client_count;
+}
+
+std::uint64_t WebServer::skipped() const {
+  return impl_->shared.skipped;
+}
+
+std::uint16_t WebServer::port() const {
+  return impl_->port;
+}
+
+}  // namespace hecaton::services

@@ -1,0 +1,65 @@
+#pragma once
+/// Serves files over HTTP and streams of states over WebSocket, in a thread of its own. It keeps only the newest state
+/// of each channel for a client. A client that reads slowly misses states; neither the caller nor another client waits
+/// for it.
+///
+/// It takes no order for a cell. Messages of clients are discarded, or choose what a replay shows. A page of another
+/// site cannot read the states through the browser of a user. The server refuses a request when its header Host is a
+/// name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that Host.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace hecaton::services {
+
+/// Messages in the order in which a client gets them. Each message holds the whole state of its channel.
+enum class Channel : std::uint8_t { kCell, kRecording, kObstacles, kPlayback, kStatus, kFrame };
+inline constexpr std::size_t kChannels = 6;
+
+/// What the server answers to a GET.
+struct WebFile {
+  std::string type;  ///< MIME type
+  std::shared_ptr<const std::string> content;
+  bool compressed = false;  ///< `content` is a gzip stream
+};
+
+struct WebServerOptions {
+  std::string address = "127.0.0.1";  ///< IPv4 address to listen on
+  std::uint16_t port = 0;             ///< 0: any free one
+  int most_connections = 128;         ///< further ones are closed at once
+  /// The file at a path without query, "/page.js"; empty: there is none. Called in the thread of the server.
+  std::function<std::optional<WebFile>(std::string_view path)> file;
+  /// Takes a message of a client, at most 4096 bytes long; empty: messages are discarded. Called in the thread of the
+  /// server.
+  std::function<void(std::string_view message)> received;
+};
+
+/// All public functions are thread-safe.
+class WebServer {
+ public:
+  /// Listens from now on. Throws std::runtime_error with a sentence when the address cannot be used.
+  explicit WebServer(const WebServerOptions& options);
+  /// Closes all connections.
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  /// Sends `message` to each client that has received the former message of the channel; for each other client it
+  /// replaces that one. Clients that connect later get the newest message of each channel. Never blocks.
+  void publish(Channel channel, std::string message);
+  [[nodiscard]] int clients() const;            ///< WebSockets
+  [[nodiscard]] std::uint64_t skipped() const;  ///< messages that were replaced before a client got them
+  [[nodiscard]] std::uint16_t port() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hecaton::services

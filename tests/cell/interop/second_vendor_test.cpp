@@ -1,0 +1,142 @@
+/// A cell beside a program of another DDS vendor: tests/cell/interop/cyclone_peer.cpp. A third decoder, of npm, reads
+/// the bytes of each message that the program has decoded.
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <hecaton/client.hpp>
+#include <nlohmann/json.hpp>
+
+#include "tests/cell/cli/process.hpp"
+#include "tests/support/free_domain.hpp"
+#include "tests/support/needed_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kBin = std::string(HECATON_BIN_DIR) + "/";
+const std::string kIdl = std::string(HECATON_SOURCE_DIR) + "/idl/";
+const std::vector<double> kReady{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};  // in three_puma.yaml
+
+/// One cell for all tests.
+class SecondVendor : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const TemporaryFolder& folder = *(folder_ = std::make_unique<TemporaryFolder>());
+    std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder.path() / "urdf");
+    std::ifstream plain(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
+    const std::string text{std::istreambuf_iterator<char>(plain), {}};
+    domain_ = std::make_unique<FreeDomain>();
+    ros_domain_ = std::make_unique<FreeDomain>();
+    const std::string cell =
+        folder.write("cell.yaml", text + "\nros2: {domain: " + std::to_string(ros_domain_->number()) +
+                                      ", namespace: /cell, period: 10ms}\n");
+    up_ = std::make_unique<Process>(std::vector<std::string>{kBin + "hecaton", "up", cell, "--headless", "--domain",
+                                                             std::to_string(domain_->number()), "--start-timeout",
+                                                             "100s"});
+    ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
+  }
+  static void TearDownTestSuite() {
+    if (up_) {
+      up_->signal(SIGINT);
+      EXPECT_EQ(up_->wait(), 0) << up_->err();
+    }
+    up_.reset();
+    ros_domain_.reset();
+    domain_.reset();
+    folder_.reset();
+  }
+
+  [[nodiscard]] static Cell connect() {
+    ConnectOptions options;
+    options.domain = domain_->number();
+    return Cell::connect(options, kPatience);
+  }
+  /// Lets the other vendor's program watch topics in a domain, and returns how a third decoder judges what it has read.
+  static void watch(int domain, const std::string& partition, const std::vector<std::string>& topics, Json& judged) {
+    const std::string page = kBin + "../services/view/page";
+    const std::string node = HECATON_NODE;
+    if (const std::string file = first_missing({page + "/node_modules/@foxglove/omgidl-parser", node}); !file.empty()) {
+      ASSERT_TRUE(may_skip()) << file << " is missing";
+      GTEST_SKIP() << file << " is missing";
+    }
+    const std::string samples = folder_->path("samples.jsonl");
+    std::vector<std::string> words{kBin + "cyclone_peer", "watch", std::to_string(domain), partition, samples};
+    words.insert(words.end(), topics.begin(), topics.end());
+    Process peer(words);
+    ASSERT_EQ(peer.wait(), 0) << peer.err();
+    Process other({node, page + "/test/decode.mjs", samples, kIdl + "common.idl", kIdl + "cause.idl", kIdl + "arm.idl",
+                   kIdl + "goal.idl", kIdl + "ros2/ros2.idl"});
+    ASSERT_EQ(other.wait(), 0) << other.err();
+    judged = Json::parse(other.out());
+  }
+
+  inline static std::unique_ptr<TemporaryFolder> folder_;
+  inline static std::unique_ptr<FreeDomain> domain_;
+  inline static std::unique_ptr<FreeDomain> ros_domain_;
+  inline static std::unique_ptr<Process> up_;
+};
+
+TEST_F(SecondVendor, SendsAGoalAndSeesItReached) {
+  std::vector<std::string> words{kBin + "cyclone_peer", "goal", std::to_string(domain_->number()), "three_puma",
+                                 "north"};
+  for (const double q : kReady) words.push_back(std::to_string(q));
+  Process peer(words);
+  ASSERT_EQ(peer.wait(), 0) << peer.err();
+  const Json seen = Json::parse(peer.out());
+  ASSERT_EQ(seen.at("q").size(), kReady.size());
+  const Cell cell = connect();
+  const auto measured = cell.arm("north").state(kPatience).q;
+  for (std::size_t j = 0; j < kReady.size(); ++j) {
+    EXPECT_NEAR(seen.at("q")[j], kReady[j], 0.01) << j;
+    EXPECT_NEAR(measured[j], kReady[j], 0.01) << j;
+  }
+}
+
+TEST_F(SecondVendor, ReadsTheTopicsOfACell) {
+  const Cell cell = connect();
+  for (const char* arm : {"north", "west", "east"}) static_cast<void>(cell.arm(arm).go_to("ready"));
+  Json judged;
+  watch(domain_->number(), "three_puma",
+        {"hecaton/ArmState,hecaton::msg::ArmState,best_effort,5000",
+         "hecaton/GoalStatus,hecaton::msg::GoalStatus,latched,3"},
+        judged);
+  if (judged.is_null()) return;
+  EXPECT_GE(judged.at("messages").at("hecaton/ArmState"), 5000);
+  EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
+}
+
+TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
+  const Cell cell = connect();
+  std::vector<Goal> goals;
+  for (const char* arm : {"north", "west", "east"}) goals.push_back(cell.arm(arm).go_to("home"));
+  Json judged;
+  watch(ros_domain_->number(), "",
+        {"rt/cell/joint_states,sensor_msgs::msg::JointState,reliable,1000",
+         "rt/cell/north/joint_states,sensor_msgs::msg::JointState,reliable,1000",
+         "rt/tf,tf2_msgs::msg::TFMessage,reliable,1000", "rt/tf_static,tf2_msgs::msg::TFMessage,latched,1",
+         "rt/cell/robot_description,std_msgs::msg::String,latched,1",
+         "rt/cell/north/robot_description,std_msgs::msg::String,latched,1",
+         "rt/diagnostics,diagnostic_msgs::msg::DiagnosticArray,reliable,5",
+         "rt/cell/north/status,diagnostic_msgs::msg::DiagnosticStatus,reliable,10",
+         "rt/clock,rosgraph_msgs::msg::Clock,best_effort,500",
+         "rt/cell/hecaton/obstacles,visualization_msgs::msg::MarkerArray,reliable,50",
+         "rt/cell/hecaton/goals,visualization_msgs::msg::MarkerArray,reliable,50",
+         "rt/cell/hecaton/plans,visualization_msgs::msg::MarkerArray,reliable,50",
+         "rt/cell/hecaton/binding_pairs,visualization_msgs::msg::MarkerArray,reliable,50"},
+        judged);
+  if (judged.is_null()) return;
+  EXPECT_EQ(judged.at("messages").size(), 13U);
+  EXPECT_GE(judged.at("messages").at("rt/cell/joint_states"), 1000);
+  EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,121 @@
+#pragma once
+/// A program that may not be here: a participant of its own in the domain of a cell, and raw datagrams. It knows what
+/// discovery tells each participant.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/bus/fastdds.hpp"
+
+namespace hecaton::test {
+
+/// Publishes any bytes as samples of a topic, past every check of the bus's own writers. Fast DDS 2.
+class RawWriter {
+ public:
+  RawWriter(int domain, const std::string& partition, const std::string& type) {
+    namespace dds = bus::dds;
+    dds::DomainParticipantQos qos;
+    qos.name("intruder");
+    qos.wire_protocol().participant_id = 100;  // unique in this process: those of the bus are lower
+    // The cell uses the loopback interface alone.
+    auto transport = std::make_shared<bus::rtps::UDPv4TransportDescriptor>();
+    transport->interfaceWhiteList.emplace_back("127.0.0.1");
+    qos.transport().use_builtin_transports = false;
+    qos.transport().user_transports.push_back(transport);
+    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<dds::DomainId_t>(domain), qos, nullptr, dds::StatusMask::none());
+    dds::TypeSupport support(new Type("hecaton::msg::" + type));
+    support.register_type(participant_);
+    dds::PublisherQos publisher_qos;
+    publisher_qos.partition().push_back(partition.c_str());
+    auto* publisher = participant_->create_publisher(publisher_qos);
+    auto* topic = participant_->create_topic("hecaton/" + type, support.get_type_name(), dds::TopicQos());
+    dds::DataWriterQos writer_qos;
+    writer_qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+    writer_qos.history().depth = 1;
+    writer_qos.endpoint().history_memory_policy = bus::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    writer_qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    writer_qos.liveliness().lease_duration = {0, 20'000'000};
+    writer_qos.liveliness().announcement_period = {0, 10'000'000};
+    writer_qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+    writer_ = publisher->create_datawriter(topic, writer_qos);
+  }
+  ~RawWriter() {
+    participant_->delete_contained_entities();
+    bus::dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  RawWriter(const RawWriter&) = delete;
+  RawWriter& operator=(const RawWriter&) = delete;
+
+  /// With the encapsulation, or whatever the receiver shall take for it.
+  void write(std::string bytes) { writer_->write(&bytes); }
+  [[nodiscard]] bool matched() const {
+    bus::dds::PublicationMatchedStatus status;
+    writer_->get_publication_matched_status(status);
+    return status.current_count > 0;
+  }
+
+ private:
+  class Type : public bus::dds::TopicDataType {
+   public:
+    explicit Type(const std::string& name) {
+      setName(name.c_str());
+      m_typeSize = 1U << 16U;
+      m_isGetKeyDefined = true;
+    }
+    bool serialize(void* data, bus::rtps::SerializedPayload_t* payload) override {
+      const auto& bytes = *static_cast<std::string*>(data);
+      payload->reserve(static_cast<std::uint32_t>(bytes.size()));
+      std::copy(bytes.begin(), bytes.end(), payload->data);
+      payload->length = static_cast<std::uint32_t>(bytes.size());
+      return true;
+    }
+    bool deserialize(bus::rtps::SerializedPayload_t*, void*) override { return false; }
+    std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+      return [data] { return static_cast<std::uint32_t>(static_cast<std::string*>(data)->size()); };
+    }
+    void* createData() override { return new std::string; }
+    void deleteData(void* data) override { delete static_cast<std::string*>(data); }
+    bool getKey(void*, bus::rtps::InstanceHandle_t* handle, bool) override {
+      for (int i = 0; i < 16; ++i) handle->value[i] = 7;
+      return true;
+    }
+  };
+
+  bus::dds::DomainParticipant* participant_ = nullptr;
+  bus::dds::DataWriter* writer_ = nullptr;
+};
+
+/// Sends datagrams to the ports of all participants of a domain on this machine.
+class DatagramSender {
+ public:
+  explicit DatagramSender(int domain) : base_(7400 + 250 * domain), socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {}
+  ~DatagramSender() { ::close(socket_); }
+  DatagramSender(const DatagramSender&) = delete;
+  DatagramSender& operator=(const DatagramSender&) = delete;
+
+  void send(const std::vector<std::uint8_t>& bytes) const {
+    constexpr int kParticipants = 8;
+    for (int port = base_ + 10; port < base_ + 10 + 2 * kParticipants; ++port) {
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_port = htons(static_cast<std::uint16_t>(port));
+      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      (void)::sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+  }
+
+ private:
+  int base_;
+  int socket_;
+};
+
+}  // namespace hecaton::test

@@ -1,0 +1,38 @@
+"""The programs of examples/python against a running cell."""
+
+import os
+import subprocess
+import sys
+import unittest
+
+from live_cell import SOURCE, LiveCell
+
+EXAMPLES = SOURCE / "examples" / "python"
+
+
+class Examples(LiveCell):
+    def run_example(self, name, *arguments):
+        environment = dict(os.environ, HECATON_DOMAIN=str(self.domain.number))
+        done = subprocess.run([sys.executable, EXAMPLES / name, self.file, *arguments], env=environment,
+                              capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done
+
+    def test_two_arms_hand_over_a_part(self):
+        done = self.run_example("two_arms_hand_over.py")
+        self.assertIn("west carries part", done.stdout)
+
+    def test_random_goals_have_no_lost_outcome_and_no_contact(self):
+        done = self.run_example("random_goals.py", "30")
+        self.assertIn("30 goals: ", done.stdout)
+        self.assertNotIn("unanswered", done.stdout)
+        self.assertIn("contacts: 0", done.stdout)
+
+    def test_camera_obstacles_come_and_go(self):
+        done = self.run_example("camera_obstacles.py", "40")
+        self.assertEqual(done.stderr, "")
+        self.assertIn("40 frames; obstacles left: 0", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

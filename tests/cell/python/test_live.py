@@ -1,0 +1,308 @@
+"""The package `hecaton` against a running cell."""
+
+import asyncio
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import hecaton
+from live_cell import LiveCell
+
+LONG = 120  # of a goal on a slow machine [s]
+
+
+def program(text, case, *arguments):
+    """A Python program that connects to the cell; the caller has to wait for it."""
+    environment = dict(os.environ, HECATON_DOMAIN=str(case.domain.number))
+    return subprocess.Popen([sys.executable, "-c", text, str(case.file), *arguments], env=environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def resident():
+    """Resident memory of this process [kB]."""
+    with open("/proc/self/status", encoding="ascii") as status:
+        return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+
+class Goals(LiveCell):
+    def tearDown(self):
+        self.cell.resume()
+        self.home()
+
+    def test_reaches_named_pose_joints_and_tool_pose(self):
+        north = self.cell.arm("north")
+        self.assertTrue(north.go_to("ready").wait(LONG))
+        q = north.state().q
+        self.assertEqual(q.shape, (6,))
+        self.assertEqual(q.dtype, np.float64)
+        target = q + np.array([0.1, 0, 0, 0, 0, 0])
+        outcome = north.go_to(target, time_limit=60).wait(LONG)
+        self.assertEqual(outcome.kind, "reached")
+        np.testing.assert_allclose(outcome.progress.q_goal, target, atol=1e-9)
+        np.testing.assert_allclose(north.state().q, target, atol=0.02)
+        tool = hecaton.load(self.file).arm("north").forward(q)
+        outcome = north.go_to(tool, position_tolerance=0.002).wait(LONG)
+        self.assertLess(outcome.progress.tool_error.position, 0.002)
+
+    def test_rejected_goal_raises_with_kind_and_subject(self):
+        with self.assertRaises(hecaton.GoalFailed) as raised:
+            self.cell.arm("north").go_to("nowhere").wait(LONG)
+        self.assertEqual(raised.exception.kind, "unknown_name")
+        self.assertEqual(raised.exception.outcome.kind, "rejected")
+        with self.assertRaises(hecaton.GoalFailed) as raised:
+            self.cell.arm("north").go_to([9.0, -1.9, 2.6, 0, 0.6, 0]).wait(LONG)
+        self.assertEqual(raised.exception.kind, "goal_outside_limits")
+        self.assertNotEqual(raised.exception.subject, "")
+        self.assertFalse(self.cell.arm("north").go_to("nowhere").wait(LONG, check=False))
+
+    def test_goal_in_collision_raises_that_kind(self):
+        ready = self.cell.arm("north").go_to("ready").wait(LONG).progress.q_goal
+        tool = hecaton.load(self.file).arm("north").forward(ready)
+        self.home()
+        self.cell.world.add("block", hecaton.Sphere(0.08), hecaton.Pose(tool.position))
+        try:
+            with self.assertRaises(hecaton.GoalFailed) as raised:
+                self.cell.arm("north").go_to("ready").wait(LONG)
+            self.assertEqual((raised.exception.kind, raised.exception.subject), ("goal_in_collision", "block"))
+        finally:
+            self.cell.world.remove("block")
+
+    def test_wait_without_time_raises_wait_timeout_and_goal_continues(self):
+        goal = self.cell.arm("north").go_to("ready")
+        with self.assertRaises(hecaton.WaitTimeout):
+            goal.wait(0)
+        self.assertTrue(goal.wait(LONG))
+
+    def test_cancelled_and_replaced_goals_say_so(self):
+        first = self.cell.arm("north").go_to("ready")
+        second = self.cell.arm("north").go_to("ready")
+        self.assertEqual(first.wait(LONG, check=False).kind, "replaced")
+        second.cancel()
+        with self.assertRaises(hecaton.GoalFailed) as raised:
+            second.wait(LONG)
+        self.assertEqual(raised.exception.kind, "goal_cancelled")
+
+    def test_callback_and_iterator_end_with_the_last_progress(self):
+        seen, ended = [], threading.Event()
+
+        def note(progress):
+            seen.append(progress.state)
+            if progress.ended:
+                ended.set()
+
+        goal = self.cell.arm("north").go_to("ready", time_limit=LONG)
+        goal.on_progress(note)
+        states = [progress.state for progress in goal.updates()]
+        self.assertEqual(states[-1], "reached")
+        self.assertTrue(ended.wait(LONG))
+        self.assertEqual(seen[-1], "reached")
+
+    def test_gather_awaits_three_arms(self):
+        async def all_ready():
+            arms = self.cell.arms()
+            return await asyncio.gather(*(arm.go_to("ready", time_limit=LONG) for arm in arms))
+
+        outcomes = asyncio.run(all_ready())
+        self.assertEqual([outcome.kind for outcome in outcomes], ["reached"] * 3)
+        self.assertEqual([outcome.progress.arm for outcome in outcomes], ["north", "west", "east"])
+
+    def test_await_raises_for_rejected_goal_and_iterates(self):
+        async def run():
+            with self.assertRaises(hecaton.GoalFailed) as raised:
+                await asyncio.wait_for(self.cell.arm("west").go_to("nowhere"), LONG)
+            self.assertEqual(raised.exception.kind, "unknown_name")
+            with self.assertRaises(hecaton.WaitTimeout):
+                await self.cell.arm("west").go_to("ready").ended(0)
+            return [progress.state async for progress in self.cell.arm("north").go_to("ready", time_limit=LONG)]
+
+        self.assertEqual(asyncio.run(run())[-1], "reached")
+
+    def test_hold_keeps_the_goal_and_resume_continues_it(self):
+        self.cell.hold()
+        self.assertEqual(self.cell.status().mode, "hold")
+        goal = self.cell.arm("north").go_to("ready")
+        self.assertFalse(goal.wait(1, check=False).ended)
+        self.cell.resume()
+        self.assertTrue(goal.wait(LONG))
+        self.cell.arm("north").stop()
+        self.assertIn("north", self.cell.status().stopped_arms)
+        self.cell.arm("north").resume()
+        self.assertEqual(self.cell.status().stopped_arms, [])
+
+    def test_empty_selection_is_no_order_for_the_whole_cell(self):
+        with self.assertRaises(hecaton.InvalidArgument):
+            self.cell.hold([])
+        self.assertEqual(self.cell.status().mode, "run")
+        with self.assertRaises(hecaton.Rejected) as raised:
+            self.cell.hold("south")
+        self.assertEqual((raised.exception.kind, raised.exception.subject), ("unknown_name", "south"))
+
+
+class Obstacles(LiveCell):
+    def test_shapes_appear_move_and_disappear(self):
+        world = self.cell.world
+        corners = np.array([[x, y, z] for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)])
+        shapes = {"box": hecaton.Box(0.1, 0.2, 0.1), "sphere": hecaton.Sphere(0.1), "post2": hecaton.Cylinder(0.05, 0.3),
+                  "capsule": hecaton.Capsule(0.05, 0.2), "hull": hecaton.ConvexHull(corners)}
+        for i, (name, shape) in enumerate(shapes.items()):
+            world.add(name, shape, hecaton.Pose.xyz(3.0, 0.5 * i, 0.5))
+        self.wait_for(lambda states: set(shapes) <= set(states))
+        world.move("hull", hecaton.Pose.xyz_rpy(3.0, -2.0, 0.5, 0, 0, 1.0))
+        self.wait_for(lambda states: abs(states["hull"].pose.position[1] + 2.0) < 1e-9)
+        for name in shapes:
+            world.remove(name)
+        self.wait_for(lambda states: not set(shapes) & set(states))
+
+    def test_mesh_of_many_vertices_is_accepted(self):
+        directions = np.random.default_rng(1).normal(size=(500, 3))
+        ball = 0.1 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        self.cell.world.add("mesh", hecaton.ConvexHull(ball), hecaton.Pose.xyz(3, 3, 1))
+        self.wait_for(lambda states: "mesh" in states)
+        self.cell.world.remove("mesh")
+
+    def test_rejected_edit_raises_and_changes_nothing(self):
+        with self.assertRaises(hecaton.Rejected) as raised:
+            self.cell.world.add("post", hecaton.Sphere(0.1), hecaton.Pose.xyz(3, 3, 3))
+        self.assertEqual((raised.exception.kind, raised.exception.subject), ("name_taken", "post"))
+        with self.assertRaises(hecaton.Rejected):
+            self.cell.world.remove("missing")
+        with self.assertRaises(hecaton.InvalidArgument):
+            self.cell.world.add("flat", hecaton.ConvexHull(np.zeros((8, 3))), hecaton.Pose.xyz(3, 3, 3))
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.ConvexHull(np.zeros((8, 2)))
+
+    def test_attached_obstacle_is_carried_and_detached(self):
+        tool = hecaton.load(self.file).arm("north").forward(self.cell.arm("north").state().q)
+        self.cell.world.add("part", hecaton.Box(0.03, 0.03, 0.03),
+                            hecaton.Pose.from_matrix(tool.matrix @ hecaton.Pose.xyz(0, 0, 0.06).matrix))
+        self.cell.world.attach("north", "part")
+        self.wait_for(lambda states: states["part"].attached_to == "north")
+        self.cell.world.detach("north", "part")
+        self.wait_for(lambda states: states["part"].attached_to is None)
+        self.cell.world.remove("part")
+
+    def wait_for(self, condition):
+        """Each state is newer than the last one; a missing state would end the test by its time limit."""
+        end = time.monotonic() + 60
+        while not condition({state.name: state for state in self.cell.world.obstacles()}):
+            self.assertLess(time.monotonic(), end, "the obstacles never became as expected")
+            self.cell.status()
+
+
+class Connections(LiveCell):
+    def test_status_names_arms_nodes_and_no_faults(self):
+        status = self.cell.status()
+        self.assertEqual(status.cell, "three_puma")
+        self.assertEqual([arm.name for arm in status.arms], ["north", "west", "east"])
+        self.assertTrue(all(node.alive for node in status.nodes))
+        self.assertEqual([fault for fault in self.cell.faults() if not fault.cleared], [])
+
+    def test_unreachable_cell_raises(self):
+        with self.assertRaises(hecaton.Unreachable) as raised:
+            hecaton.connect(domain=self.domain.number + 100 if self.domain.number < 100 else 199, timeout=0.5)
+        self.assertEqual(raised.exception.kind, "unreachable")
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.connect("missing.yaml")
+
+    def test_close_ends_waits_of_other_threads(self):
+        cell = hecaton.connect(self.file, domain=self.domain.number, timeout=60)
+        cell.hold()
+        try:
+            goal = cell.arm("north").go_to("ready")
+            failures = []
+
+            def wait():
+                try:
+                    goal.wait()
+                except hecaton.Closed as error:
+                    failures.append(error.kind)
+
+            waits = threading.Thread(target=wait)
+            waits.start()
+            next(goal.updates())
+            cell.close()
+            waits.join()
+            self.assertEqual(failures, ["closed"])
+            with self.assertRaises(hecaton.Closed):
+                goal.wait(0)
+            with self.assertRaises(hecaton.Closed):
+                cell.status()
+        finally:
+            self.cell.resume()
+
+    def test_ctrl_c_ends_a_wait(self):
+        process = program("import hecaton, sys\n"
+                          "cell = hecaton.connect(sys.argv[1], timeout=60)\n"
+                          "cell.hold()\n"
+                          "goal = cell.arm('west').go_to('ready')\n"
+                          "try:\n"
+                          "    print('waiting', flush=True)\n"
+                          "    goal.wait()\n"
+                          "except KeyboardInterrupt:\n"
+                          "    cell.resume()\n"
+                          "    print('interrupted', flush=True)\n", self)
+        self.assertEqual(process.stdout.readline(), "waiting\n")
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual((out, process.returncode), ("interrupted\n", 0), err)
+
+    def test_ctrl_c_ends_a_request(self):
+        process = program("import hecaton, sys\n"
+                          "try:\n"
+                          "    print('connecting', flush=True)\n"
+                          "    hecaton.connect(domain=int(sys.argv[2]), timeout=None)\n"
+                          "except KeyboardInterrupt:\n"
+                          "    print('interrupted', flush=True)\n", self, "199")
+        self.assertEqual(process.stdout.readline(), "connecting\n")
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual((out, process.returncode), ("interrupted\n", 0), err)
+
+    def test_interpreter_ends_with_callbacks_and_waiting_threads(self):
+        for _ in range(5):
+            process = program("import hecaton, sys, threading\n"
+                              "cell = hecaton.connect(sys.argv[1], timeout=60)\n"
+                              "goal = cell.arm('east').go_to('ready')\n"
+                              "goal.on_progress(lambda progress: None)\n"
+                              "cell.on_fault(print)\n"
+                              "other = cell.arm('south').go_to('ready')\n"
+                              "threading.Thread(target=other.wait, daemon=True).start()\n"
+                              "next(goal.updates())\n"
+                              "sys.exit(7)\n", self)
+            _, err = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 7, err)
+            self.assertNotIn("Fatal", err)
+
+
+class Endurance(LiveCell):
+    def test_two_hundred_goals_lose_no_outcome_and_no_memory(self):
+        arms = self.cell.arms()
+        poses = [arm.state().q for arm in arms]
+
+        def round_of_goals(i):
+            step = 0.02 if i % 2 else -0.02
+            goals = [arm.go_to(q + np.array([step, 0, 0, 0, 0, 0])) for arm, q in zip(arms, poses)]
+            for goal in goals:
+                goal.on_progress(lambda progress: None)
+            return [outcome.kind for outcome in self.cell.wait_all(goals, LONG)]
+
+        for i in range(10):
+            round_of_goals(i)
+        gc.collect()
+        before = resident()
+        outcomes = [kind for i in range(67) for kind in round_of_goals(i)]
+        gc.collect()
+        self.assertEqual(outcomes, ["reached"] * 201)
+        # 201 goals of 10 kB each would show.
+        self.assertLess(resident() - before, 2000)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,128 @@
+"""The package `hecaton` without a network."""
+
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+
+import hecaton
+from live_cell import CELLS, THREE_PUMA
+
+
+class Load(unittest.TestCase):
+    def test_names_arms_joints_limits_and_poses(self):
+        cell = hecaton.load(THREE_PUMA)
+        self.assertEqual(cell.name, "three_puma")
+        self.assertEqual([arm.name for arm in cell.arms], ["north", "west", "east"])
+        self.assertEqual(cell.obstacles, ["ball", "shuttle", "post"])
+        north = cell.arm("north")
+        self.assertEqual(len(north.joint_names), 6)
+        np.testing.assert_allclose(north.limits.velocity, 1.5)
+        np.testing.assert_allclose(north.poses["home"], [0, -1.9, 2.6, 0, 0.6, 0])
+        np.testing.assert_allclose(north.start, north.poses["home"])
+
+    def test_invalid_file_raises_with_key(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "cell.yaml"
+            file.write_text("name: broken\narms: 3\n")
+            with self.assertRaises(hecaton.InvalidArgument) as raised:
+                hecaton.load(file)
+        self.assertEqual(raised.exception.kind, "invalid_cell_file")
+        self.assertIn("arms", str(raised.exception))
+
+    def test_check_returns_findings(self):
+        findings = hecaton.load(THREE_PUMA).check()
+        self.assertFalse([finding for finding in findings if finding.severity == "error"])
+
+
+class Kinematics(unittest.TestCase):
+    def test_turning_the_first_joint_turns_the_tool_about_the_base(self):
+        # Both joints of the planar arm turn about z: q1 = π/2 turns (x, y) into (−y, x) about the base.
+        arm = hecaton.load(CELLS / "planar_2r.yaml").arms[0]
+        base = next(iter(arm.links([0.0, 0.0]).values())).position
+        x, y, z = arm.forward([0.0, 0.0]).position - base
+        self.assertGreater(np.hypot(x, y), 0.1)
+        np.testing.assert_allclose(arm.forward([np.pi / 2, 0.0]).position - base, [-y, x, z], atol=1e-9)
+
+    def test_jacobian_is_the_derivative_of_forward_kinematics(self):
+        north = hecaton.load(THREE_PUMA).arm("north")
+        q, h = north.poses["ready"], 1e-6
+        J = north.jacobian(q)
+        self.assertEqual(J.shape, (6, 6))
+        for i in range(6):
+            step = np.zeros(6)
+            step[i] = h
+            derivative = (north.forward(q + step).position - north.forward(q - step).position) / (2 * h)
+            np.testing.assert_allclose(J[3:, i], derivative, atol=1e-7)
+
+    def test_inverse_kinematics_returns_to_the_pose(self):
+        north = hecaton.load(THREE_PUMA).arm("north")
+        pose = north.forward("ready")
+        q = north.inverse(pose)
+        found = north.forward(q)
+        np.testing.assert_allclose(found.position, pose.position, atol=2e-4)
+        self.assertGreater(abs(found.rotation @ pose.rotation), 1 - 1e-6)
+        self.assertTrue(np.all(q >= north.limits.lower) and np.all(q <= north.limits.upper))
+        self.assertIsNone(north.inverse(hecaton.Pose.xyz(9, 9, 9)))
+
+    def test_wrong_number_of_joints_raises(self):
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.load(THREE_PUMA).arm("north").forward([0.0, 1.0])
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.load(THREE_PUMA).arm("north").forward("nowhere")
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.load(THREE_PUMA).arm("south")
+
+    def test_pose_matrix_round_trip(self):
+        pose = hecaton.Pose.xyz_rpy(1, 2, 3, 0.1, 0.2, 0.3)
+        again = hecaton.Pose.from_matrix(pose.matrix)
+        np.testing.assert_allclose(again.position, [1, 2, 3])
+        np.testing.assert_allclose(again.rotation, pose.rotation, atol=1e-12)
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.Pose.from_matrix(2 * np.eye(4))
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.Pose((0, 0, 0), (1, 1, 0, 0))
+
+
+class Planning(unittest.TestCase):
+    def test_nearest_pair_names_bodies(self):
+        cell = hecaton.load(THREE_PUMA)
+        nearest = cell.nearest()
+        self.assertGreater(nearest.distance, 0)
+        self.assertIn("/", nearest.a)
+
+    def test_plan_joins_start_and_goal_within_velocity_limits(self):
+        cell = hecaton.load(THREE_PUMA)
+        plan = cell.plan({"north": "ready", "west": "ready"})
+        self.assertTrue(plan, plan.reason)
+        self.assertEqual(plan.arms, ["north", "west"])
+        for name in plan.arms:
+            arm = cell.arm(name)
+            np.testing.assert_allclose(plan.path[name][0], arm.start)
+            np.testing.assert_allclose(plan.path[name][-1], arm.poses["ready"])
+        times, q, qd = plan.trajectory(0.01)
+        self.assertEqual(q["north"].shape, (len(times), 6))
+        self.assertLessEqual(np.abs(qd["north"]).max(), 1.5 + 1e-6)
+        self.assertAlmostEqual(times[-1], plan.duration)
+        self.assertGreater(plan.clearance, 0)
+
+    def test_goal_in_collision_is_no_plan(self):
+        cell = hecaton.load(THREE_PUMA)
+        plan = cell.plan({"north": np.array([0, 0.9, 0.0, 0, 0, 0])})
+        self.assertFalse(plan)
+        self.assertEqual(plan.status, "goal_invalid")
+        self.assertNotEqual(plan.reason, "")
+        with self.assertRaises(hecaton.InvalidArgument):
+            cell.plan({"north": "ready"}, method="magic")
+
+    def test_simulation_repeats_itself(self):
+        cell = hecaton.load(CELLS / "planar_2r.yaml")
+        first, second = cell.simulate(4, seed=3), cell.simulate(4, seed=3)
+        self.assertGreaterEqual(first.tasks, 4)
+        self.assertEqual(first.contacts, 0)
+        np.testing.assert_array_equal(first.reach_times, second.reach_times)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,250 @@
+/// hecaton record and hecaton bag on a live cell of three arms. A second reader of the cell, and libraries of others,
+/// say what the recording must contain.
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <thread>
+
+#include <idl/arm.h>
+#include <idl/health.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/recorder/bag.hpp"
+#include "services/recorder/cdr_columns.hpp"
+#include "services/runtime/join.hpp"
+#include "tests/cell/cli/live_cell.hpp"
+#include "tests/support/needed_files.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using namespace services::recorder;
+
+/// Measured positions by arm and sequence number.
+using States = std::map<std::pair<std::string, std::uint64_t>, std::vector<double>>;
+
+/// Reads the states of the cell as every other node does.
+class SecondReader {
+ public:
+  explicit SecondReader(const std::string& domain)
+      : file_(config::load_cell_file(kThreePuma)),
+        participant_(services::make_participant(file_, options(domain), services::Role::kViewer, "second reader")),
+        reader_(participant_, nullptr, {.deadline = {}, .conflate = false, .queue = 1U << 20U}) {}
+
+  [[nodiscard]] bool finds_the_drivers() { return reader_.wait_matched(3, kPatience); }
+  States take() {
+    States states;
+    for (const auto& sample : reader_.take()) {
+      states[{sample.value.arm(), sample.value.sequence_number()}] = sample.value.q();
+    }
+    return states;
+  }
+
+ private:
+  static services::ServiceOptions options(const std::string& domain) {
+    services::ServiceOptions options;
+    options.domain = std::stoi(domain);
+    return options;
+  }
+  config::CellFile file_;
+  bus::Participant participant_;
+  bus::Reader<msg::ArmState> reader_;
+};
+
+/// Of a CSV file without quoted cells.
+std::vector<std::vector<std::string>> rows_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(file, line, '\n');) {
+    line.pop_back();  // '\r'
+    std::istringstream cells(line);
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+/// The states of an exported file of ArmState.
+States exported_states(const std::string& path) {
+  const auto rows = rows_of(path);
+  const auto column = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin());
+  };
+  const std::size_t arm = column("arm");
+  const std::size_t number = column("sequence_number");
+  const std::size_t q = column("q[0]");
+  States states;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    std::vector<double>& values = states[{rows[i][arm], std::stoull(rows[i][number])}];
+    for (std::size_t k = 0; k < 6; ++k) values.push_back(std::stod(rows[i][q + k]));
+  }
+  return states;
+}
+
+class RecordedCell : public LiveCell {
+ protected:
+  /// Some goals, one after the other.
+  void move_arms() const {
+    for (const char* pose : {"ready", "home"}) {
+      for (const char* arm : {"north", "west", "east"}) {
+        EXPECT_EQ(run({"goal", arm, "--named", pose, "--wait"}).code, 0) << arm;
+      }
+    }
+  }
+  TemporaryFolder folder_;
+  std::string path_ = folder_.path("run.mcap");
+};
+
+TEST_F(RecordedCell, HasWhatASecondReaderSaw) {
+  const auto recorder = start({"record", kThreePuma, "-o", path_});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  SecondReader second(domain());
+  ASSERT_TRUE(second.finds_the_drivers());
+  move_arms();
+  const States seen = second.take();
+  recorder->signal(SIGINT);
+  ASSERT_EQ(recorder->wait(), 0) << recorder->err();
+
+  const BagInfo info = bag_info(path_);
+  EXPECT_TRUE(info.file.whole());
+  EXPECT_EQ(info.cell, "three_puma");
+  for (const char* type : {"ArmState", "ArmCommand", "Heartbeat", "CellMode", "Goal", "GoalStatus", "ObstacleStates",
+                           "ObstacleShapes", "ContactReport", "Reachability", "ProcessEvent"}) {
+    EXPECT_TRUE(info.topics.contains("hecaton/" + std::string(type))) << type;
+  }
+  EXPECT_EQ(info.topics.at("hecaton/ArmState").nodes,
+            (std::set<std::string>{"driver/east", "driver/north", "driver/west"}));
+  EXPECT_TRUE(info.topics.at("hecaton/CellMode").nodes.contains("supervisor"));
+  // The cell file, its robots, and nothing else.
+  bool has_cell_file = false;
+  for (const BagFile& file : info.attachments) has_cell_file |= file.name.ends_with("/three_puma.yaml");
+  EXPECT_TRUE(has_cell_file);
+  EXPECT_EQ(std::count_if(info.attachments.begin(), info.attachments.end(),
+                          [](const BagFile& file) { return file.name.ends_with(".urdf"); }),
+            1);
+
+  const Ran export_run = run({"bag", "export", path_, "--csv", "-o", folder_.path("csv"), "--output", "json"});
+  ASSERT_EQ(export_run.code, 0) << export_run.err;
+  const Json exported = Json::parse(export_run.out);
+  EXPECT_EQ(exported.at("files").size(), info.topics.size() - 1 - info.topics.count("recorder/withdrawn"));
+  const States recorded = exported_states(folder_.path("csv/ArmState.csv"));
+  ASSERT_GT(seen.size(), 1000U);
+  std::size_t missing = 0;
+  for (const auto& [key, q] : seen) {
+    const auto found = recorded.find(key);
+    if (found == recorded.end()) {
+      ++missing;
+    } else {
+      EXPECT_EQ(found->second, q) << key.first << " " << key.second;  // to the last bit
+    }
+  }
+  // What the recording lacks it has counted.
+  EXPECT_LE(missing, info.losses.at("hecaton/ArmState").missing);
+  EXPECT_EQ(info.losses.at("hecaton/ArmState").refused, 0U);
+}
+
+TEST_F(RecordedCell, IsReadByLibrariesOfOthers) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  if (const std::string file = first_missing({page + "/node_modules/@mcap/core", node}); !file.empty()) {
+    ASSERT_TRUE(may_skip()) << file << " is missing";
+    GTEST_SKIP() << file << " is missing";
+  }
+  const auto recorder = start({"record", kThreePuma, "-o", path_, "--output", "json"});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  move_arms();
+  recorder->signal(SIGTERM);
+  ASSERT_EQ(recorder->wait(), 0) << recorder->err();
+  const Json result = Json::parse(recorder->out());
+  EXPECT_EQ(result.at("files"), Json::array({path_}));
+
+  Process other({node, page + "/test/bag.mjs", path_, "hecaton/ArmState", "arm", "sequence_number", "q"});
+  ASSERT_EQ(other.wait(), 0) << other.err();
+  std::istringstream lines(other.out());
+  std::string line;
+  std::getline(lines, line);
+  const Json contents = Json::parse(line);
+  const BagInfo info = bag_info(path_);
+  for (const auto& [name, topic] : info.topics) EXPECT_EQ(contents.at("topics").at(name), topic.messages) << name;
+  EXPECT_EQ(contents.at("topics").size(), info.topics.size());
+  EXPECT_EQ(contents.at("attachments").size(), info.attachments.size());
+  EXPECT_EQ(contents.at("metadata"), Json::array({"hecaton"}));
+
+  ASSERT_EQ(run({"bag", "export", path_, "--csv", "-o", folder_.path("csv")}).code, 0);
+  States decoded;
+  while (std::getline(lines, line)) {
+    const Json state = Json::parse(line);
+    decoded[{state.at("arm").get<std::string>(), std::stoull(state.at("sequence_number").get<std::string>())}] =
+        state.at("q").get<std::vector<double>>();
+  }
+  EXPECT_EQ(decoded, exported_states(folder_.path("csv/ArmState.csv")));
+  EXPECT_EQ(decoded.size(), info.topics.at("hecaton/ArmState").messages);
+}
+
+TEST_F(RecordedCell, ReadsWhatAKilledRecorderHasWritten) {
+  const auto recorder = start({"record", kThreePuma, "-o", path_});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
+  // The recording grows while it is read.
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!bag_info(path_).topics.contains("hecaton/ArmState") && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(50ms);
+  }
+  recorder->signal(SIGKILL);
+  EXPECT_EQ(recorder->wait(), 128 + SIGKILL);
+  const Ran info = run_hecaton({"bag", "info", path_, "-o", "json"});
+  EXPECT_EQ(info.code, 1);
+  EXPECT_NE(info.err.find(path_), std::string::npos) << info.err;
+  const Json json = Json::parse(info.out);
+  EXPECT_FALSE(json.at("whole").get<bool>());
+  EXPECT_GT(json.at("messages").get<int>(), 100);
+}
+
+TEST_F(RecordedCell, GoesOnWhenTheDiskOfTheRecorderIsFull) {
+  // 1 MB is full within seconds.
+  const auto recorder = std::make_unique<Process>(std::vector<std::string>{
+      "/bin/sh", "-c", "trap '' XFSZ; ulimit -f 2000; exec \"$0\" record \"$1\" -o \"$2\" --domain " + domain(),
+      std::string(HECATON_BIN_DIR) + "/hecaton", kThreePuma, path_});
+  EXPECT_EQ(recorder->wait(), 1) << recorder->err();
+  EXPECT_NE(recorder->err().find("the disk is full"), std::string::npos) << recorder->err();
+  EXPECT_TRUE(bag_info(path_).file.damages.empty());
+  EXPECT_GT(bag_info(path_).file.messages, 100U);
+  EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
+}
+
+TEST(Record, SaysWhatItNeeds) {
+  const TemporaryFolder folder;
+  const std::string file = folder.path("a.mcap");
+  const FreeDomain free;
+  const std::string domain = std::to_string(free.number());
+  const auto refused = [&](std::vector<std::string> words, int code, const std::string& part) {
+    const Ran ran = run_hecaton(std::move(words));
+    EXPECT_EQ(ran.code, code) << ran.err;
+    EXPECT_NE(ran.err.find(part), std::string::npos) << ran.err;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  };
+  refused({"record"}, 2, "cell file");
+  refused({"record", kThreePuma}, 2, "-o FILE.mcap");
+  refused({"record", "missing.yaml", "-o", file}, 3, "missing.yaml");
+  refused({"record", kThreePuma, "-o", file, "--split-size", "5"}, 3, "--split-size");
+  refused({"record", kThreePuma, "-o", file, "--keep", "-1min"}, 3, "--keep");
+  refused({"record", kThreePuma, "-o", folder.path("none/a.mcap"), "--domain", domain}, 3, "none/a.mcap");
+  const std::string there = folder.write("there.mcap", "precious");
+  refused({"record", kThreePuma, "-o", there, "--domain", domain}, 3, "exists already");
+  refused({"bag", "info", there}, 3, "there.mcap");
+  refused({"bag", "info", folder.path("missing.mcap")}, 3, "missing.mcap");
+  refused({"bag", "export", there, "-o", folder.path("csv")}, 2, "--csv");
+  refused({"bag", "export", there, "--csv"}, 2, "-o DIR");
+  // No cell: a recording without messages.
+  const Ran nothing = run_hecaton({"record", kThreePuma, "-o", file, "--domain", domain, "--duration", "1s"});
+  EXPECT_EQ(nothing.code, 5) << nothing.err;
+  EXPECT_NE(nothing.err.find("domain " + domain), std::string::npos) << nothing.err;
+  EXPECT_TRUE(read_mcap(file, {}).whole());
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,540 @@
+/// hecaton-ros2 beside a running cell of three arms, seen and driven by peers that speak ROS 2 on the wire.
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <hecaton/client.hpp>
+#include <idl/ros2/ros2PubSubTypes.h>
+#include <unistd.h>
+
+#include "tests/cell/cli/process.hpp"
+#include "tests/cell/ros2/ros_peer.hpp"
+#include "tests/support/free_domain.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using JointStates = PeerReader<sensor_msgs::msg::JointStatePubSubType>;
+using Transforms = PeerReader<tf2_msgs::msg::TFMessagePubSubType>;
+using Texts = PeerReader<std_msgs::msg::StringPubSubType>;
+using Markers = PeerReader<visualization_msgs::msg::MarkerArrayPubSubType>;
+using Diagnostics = PeerReader<diagnostic_msgs::msg::DiagnosticArrayPubSubType>;
+using Trigger = PeerClient<std_srvs::srv::Trigger_RequestPubSubType, std_srvs::srv::Trigger_ResponsePubSubType>;
+using SendGoal = PeerClient<control_msgs::action::FollowJointTrajectory_SendGoal_RequestPubSubType,
+                            control_msgs::action::FollowJointTrajectory_SendGoal_ResponsePubSubType>;
+using GetResult = PeerClient<control_msgs::action::FollowJointTrajectory_GetResult_RequestPubSubType,
+                             control_msgs::action::FollowJointTrajectory_GetResult_ResponsePubSubType>;
+using CancelGoal =
+    PeerClient<action_msgs::srv::CancelGoal_RequestPubSubType, action_msgs::srv::CancelGoal_ResponsePubSubType>;
+using Feedback = PeerReader<control_msgs::action::FollowJointTrajectory_FeedbackMessagePubSubType>;
+using Statuses = PeerReader<action_msgs::msg::GoalStatusArrayPubSubType>;
+using Scenes = PeerWriter<moveit_msgs::msg::PlanningScenePubSubType>;
+using Result = control_msgs::action::FollowJointTrajectory_GetResult_Response;
+
+constexpr int kSucceeded = 4;
+constexpr int kCanceled = 5;
+constexpr int kAborted = 6;
+
+/// A client of the action FollowJointTrajectory of one arm.
+class ActionClient {
+ public:
+  using Id = std::array<std::uint8_t, 16>;
+
+  ActionClient(RosPeer& peer, const std::string& arm)
+      : arm_(arm),
+        base_("/cell/" + arm + "/follow_joint_trajectory/_action/"),
+        send_(peer, base_ + "send_goal"),
+        cancel_(peer, base_ + "cancel_goal"),
+        result_(peer, base_ + "get_result"),
+        feedback(peer, "rt" + base_ + "feedback"),
+        statuses(peer, "rt" + base_ + "status", {true, true, 1}) {}
+
+  bool wait_available() {
+    return send_.wait_available() && cancel_.wait_available() && result_.wait_available() && feedback.wait_matched() &&
+           statuses.wait_matched();
+  }
+
+  /// A trajectory in equal steps that ends with all joints of `q` moved by `delta`.
+  control_msgs::action::FollowJointTrajectory_Goal ramp(const std::vector<double>& q, const std::vector<double>& delta,
+                                                        double seconds) const {
+    constexpr int kPoints = 10;
+    control_msgs::action::FollowJointTrajectory_Goal goal;
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      goal.trajectory().joint_names().push_back(arm_ + "_joint" + std::to_string(j + 1));
+    }
+    for (int i = 0; i <= kPoints; ++i) {
+      trajectory_msgs::msg::JointTrajectoryPoint point;
+      for (std::size_t j = 0; j < q.size(); ++j) point.positions().push_back(q[j] + delta[j] * i / kPoints);
+      const double time = seconds * i / kPoints;
+      point.time_from_start().sec(static_cast<std::int32_t>(time));
+      point.time_from_start().nanosec(static_cast<std::uint32_t>(std::fmod(time, 1.0) * 1e9));
+      goal.trajectory().points().push_back(point);
+    }
+    return goal;
+  }
+
+  std::optional<Id> send(const control_msgs::action::FollowJointTrajectory_Goal& goal) {
+    static std::atomic<std::uint32_t> count = 0;
+    Id id{};
+    const std::uint32_t number = ++count;
+    std::copy_n(reinterpret_cast<const std::uint8_t*>(&number), 4, id.begin());
+    id[15] = static_cast<std::uint8_t>(arm_[0]);
+    control_msgs::action::FollowJointTrajectory_SendGoal_Request request;
+    request.goal_id().uuid(id);
+    request.goal(goal);
+    const auto response = send_.call(request);
+    if (!response || !response->accepted()) return std::nullopt;
+    return id;
+  }
+  rtps::SampleIdentity ask_result(const Id& id) {
+    control_msgs::action::FollowJointTrajectory_GetResult_Request request;
+    request.goal_id().uuid(id);
+    return result_.send(request);
+  }
+  std::optional<Result> await_result(const Id& id) { return result_.receive(ask_result(id)); }
+  std::optional<Result> await_result(const rtps::SampleIdentity& asked) { return result_.receive(asked); }
+  int cancel(const Id& id) {
+    action_msgs::srv::CancelGoal_Request request;
+    request.goal_info().goal_id().uuid(id);
+    const auto response = cancel_.call(request);
+    return response ? response->return_code() : -1;
+  }
+
+ private:
+  std::string arm_;
+  std::string base_;
+  SendGoal send_;
+  CancelGoal cancel_;
+  GetResult result_;
+
+ public:
+  Feedback feedback;
+  Statuses statuses;
+};
+
+/// One cell for all tests. Every test leaves it in mode run.
+class Ros2Cell : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const std::string plain = std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml";
+    const TemporaryFolder& folder = *(folder_ = std::make_unique<TemporaryFolder>());
+    std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder.path() / "urdf");
+    std::ifstream file(plain);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    cell_domain_ = std::make_unique<FreeDomain>();
+    ros_domain_ = std::make_unique<FreeDomain>();
+    const std::string domain = std::to_string(cell_domain_->number());
+    const std::string cell =
+        folder.write("cell.yaml", text + "\nros2: {domain: " + std::to_string(ros_domain_->number()) +
+                                      ", namespace: /cell, control: true, distribution: jazzy}\n");
+    const std::string programs = std::string(HECATON_BIN_DIR) + "/";
+    up_ = std::make_unique<Process>(std::vector<std::string>{programs + "hecaton", "up", plain, "--headless",
+                                                             "--domain", domain, "--start-timeout", "100s"});
+    ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
+    // As the agent would start it.
+    ros2_ = std::make_unique<Process>(std::vector<std::string>{programs + "hecaton-ros2", cell, "--domain", domain,
+                                                               "--log-file", folder.path("ros2.log")});
+    peer_ = std::make_unique<RosPeer>(ros_domain_->number());
+  }
+  static void TearDownTestSuite() {
+    peer_.reset();
+    for (auto* process : {&ros2_, &up_}) {
+      if (!*process) continue;
+      (*process)->signal(SIGINT);
+      EXPECT_EQ((*process)->wait(), 0) << (*process)->err();
+      process->reset();
+    }
+    ros_domain_.reset();
+    cell_domain_.reset();
+    folder_.reset();
+  }
+  void TearDown() override {
+    if (!HasFailure()) return;
+    std::ifstream log(folder_->path("ros2.log"));
+    std::cerr << std::string{std::istreambuf_iterator<char>(log), {}};
+  }
+
+  [[nodiscard]] static Cell connect() {
+    ConnectOptions options;
+    options.domain = cell_domain_->number();
+    return Cell::connect(options, kLong);
+  }
+  [[nodiscard]] static std::vector<double> home(const Cell& cell, const std::string& arm) {
+    EXPECT_TRUE(cell.arm(arm).go_to("home").wait(kLong));
+    return cell.arm(arm).state(kLong).q;
+  }
+
+  inline static std::unique_ptr<TemporaryFolder> folder_;
+  inline static std::unique_ptr<FreeDomain> cell_domain_;
+  inline static std::unique_ptr<FreeDomain> ros_domain_;
+  inline static std::unique_ptr<Process> up_;
+  inline static std::unique_ptr<Process> ros2_;
+  inline static std::unique_ptr<RosPeer> peer_;
+};
+
+const std::vector<double> kStep{0.3, 0.1, -0.1, 0.2, 0.0, 0.0};
+
+TEST_F(Ros2Cell, PublishesTheJointsOfAllArms) {
+  JointStates states(*peer_, "rt/cell/joint_states");
+  const auto state = states.next([](const auto& message) { return message.name().size() == 18; });
+  ASSERT_TRUE(state);
+  const std::set<std::string> names(state->name().begin(), state->name().end());
+  EXPECT_EQ(names.size(), 18U);
+  EXPECT_TRUE(names.contains("north_joint1") && names.contains("west_joint6") && names.contains("east_joint3"));
+  EXPECT_EQ(state->position().size(), 18U);
+  EXPECT_EQ(state->velocity().size(), 18U);
+  EXPECT_TRUE(state->effort().empty());
+  JointStates north(*peer_, "rt/cell/north/joint_states");
+  const auto own = north.next();
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->name().front(), "joint1");
+}
+
+TEST_F(Ros2Cell, DescribesTheCellToLateJoiners) {
+  Texts cell(*peer_, "rt/cell/robot_description", {true, true, 1});
+  const auto description = cell.next();
+  ASSERT_TRUE(description);
+  EXPECT_NE(description->data().find("<link name=\"world\"/>"), std::string::npos);
+  EXPECT_NE(description->data().find("east_joint6"), std::string::npos);
+  Texts arm(*peer_, "rt/cell/west/robot_description", {true, true, 1});
+  ASSERT_TRUE(arm.next());
+
+  Transforms fixed(*peer_, "rt/tf_static", {true, true, 100});
+  Transforms moving(*peer_, "rt/tf", {true, false, 100});
+  const auto at_rest = fixed.next();
+  const auto in_motion = moving.next([](const auto& message) { return message.transforms().size() == 18; });
+  ASSERT_TRUE(at_rest && in_motion);
+  // Every frame has one parent, and all lead to the world.
+  std::map<std::string, std::string> parents;
+  for (const auto* message : {&*at_rest, &*in_motion}) {
+    for (const auto& transform : message->transforms()) {
+      EXPECT_TRUE(parents.emplace(transform.child_frame_id(), transform.header().frame_id()).second);
+    }
+  }
+  for (const auto& [child, parent] : parents) {
+    std::string frame = child;
+    for (int depth = 0; depth < 50 && parents.contains(frame); ++depth) frame = parents.at(frame);
+    EXPECT_EQ(frame, "world") << child;
+  }
+  PeerReader<rosgraph_msgs::msg::ClockPubSubType> clock(*peer_, "rt/clock", {false, false, 1});
+  EXPECT_TRUE(clock.next()) << "all arms are simulated";
+}
+
+TEST_F(Ros2Cell, ShowsObstaclesAndRemovesThem) {
+  const Cell cell = connect();
+  Markers markers(*peer_, "rt/cell/hecaton/obstacles");
+  const auto ball = [](const auto& message) {
+    return std::any_of(message.markers().begin(), message.markers().end(),
+                       [](const auto& marker) { return marker.ns() == "ball" && marker.type() == 2; });
+  };
+  EXPECT_TRUE(markers.next(ball));
+  cell.world().add("crate", Box{0.1, 0.2, 0.3}, Pose::xyz(3.0, 0.0, 0.5), Static{}, kLong);
+  const auto crate = [](int action) {
+    return [action](const auto& message) {
+      return std::any_of(message.markers().begin(), message.markers().end(), [&](const auto& marker) {
+        return marker.ns() == "crate" && marker.action() == action &&
+               (action == 2 || (marker.scale().z() == 0.3 && marker.pose().position().x() == 3.0));
+      });
+    };
+  };
+  EXPECT_TRUE(markers.next(crate(0)));
+  cell.world().remove("crate", kLong);
+  EXPECT_TRUE(markers.next(crate(2)));
+}
+
+TEST_F(Ros2Cell, ReportsNodesAndArms) {
+  Diagnostics diagnostics(*peer_, "rt/diagnostics");
+  const auto message = diagnostics.next([](const auto& candidate) { return candidate.status().size() > 5; });
+  ASSERT_TRUE(message);
+  std::map<std::string, int> levels;
+  for (const auto& status : message->status()) levels[status.name()] = status.level();
+  EXPECT_TRUE(levels.contains("hecaton: planner/north")) << levels.size();
+  EXPECT_EQ(levels["hecaton: world"], 0);
+  PeerReader<diagnostic_msgs::msg::DiagnosticStatusPubSubType> status(*peer_, "rt/cell/north/status");
+  const auto north = status.next();
+  ASSERT_TRUE(north);
+  EXPECT_EQ(north->values()[0].key(), "mode");
+}
+
+TEST_F(Ros2Cell, CarriesOutOrders) {
+  const Cell cell = connect();
+  Trigger hold(*peer_, "/cell/hecaton/hold");
+  Trigger resume(*peer_, "/cell/hecaton/resume");
+  Trigger stop_north(*peer_, "/cell/north/stop");
+  Trigger resume_north(*peer_, "/cell/north/resume");
+  ASSERT_TRUE(hold.wait_available() && resume.wait_available() && stop_north.wait_available());
+  auto response = hold.call({});
+  ASSERT_TRUE(response);
+  EXPECT_TRUE(response->success()) << response->message();
+  EXPECT_EQ(cell.status(kLong).mode, CellMode::kHold);
+  ASSERT_TRUE((response = resume.call({})));
+  EXPECT_EQ(cell.status(kLong).mode, CellMode::kRun);
+  ASSERT_TRUE((response = stop_north.call({})));
+  EXPECT_EQ(cell.status(kLong).stopped_arms, std::vector<std::string>{"north"});
+  ASSERT_TRUE(resume_north.wait_available());
+  ASSERT_TRUE((response = resume_north.call({})));
+  EXPECT_TRUE(response->success()) << response->message();
+}
+
+/// A diff with one object at a pose in a frame; `size` above zero: with a cube.
+moveit_msgs::msg::PlanningScene scene_with(const std::string& id, int operation, const std::array<double, 3>& at,
+                                           double size, const std::string& frame = "world") {
+  moveit_msgs::msg::CollisionObject object;
+  object.header().frame_id(frame);
+  object.id(id);
+  object.operation(static_cast<std::uint8_t>(operation));
+  object.pose().position().x(at[0]);
+  object.pose().position().y(at[1]);
+  object.pose().position().z(at[2]);
+  object.pose().orientation().w(1.0);
+  if (size > 0.0) {
+    object.primitives().resize(1);
+    object.primitives()[0].type(1);
+    object.primitives()[0].dimensions({size, size, size});
+    object.primitive_poses().resize(1);
+    object.primitive_poses()[0].orientation().w(1.0);
+  }
+  moveit_msgs::msg::PlanningScene scene;
+  scene.world().collision_objects({object});
+  scene.is_diff(true);
+  return scene;
+}
+
+TEST_F(Ros2Cell, EditsObstaclesByPlanningScenes) {
+  constexpr int kAdd = 0;
+  constexpr int kRemove = 1;
+  constexpr int kAppend = 2;
+  constexpr int kMove = 3;
+  const Cell cell = connect();
+  Scenes scenes(*peer_, "rt/cell/planning_scene");
+  Markers markers(*peer_, "rt/cell/hecaton/obstacles");
+  Diagnostics diagnostics(*peer_, "rt/diagnostics");
+  ASSERT_TRUE(scenes.wait_matched());
+  const auto shown = [&](std::size_t shapes, double x, double size) {
+    return markers.next([=](const auto& message) {
+      std::size_t found = 0;
+      for (const auto& marker : message.markers()) {
+        if (marker.ns() != "box" || marker.action() != 0) continue;
+        found += marker.pose().position().x() == x && marker.scale().x() == size ? 1 : 100;
+      }
+      return found == shapes;
+    });
+  };
+  scenes.write(scene_with("box", kAdd, {3.0, 0.0, 0.5}, 0.2));
+  EXPECT_TRUE(shown(1, 3.0, 0.2));
+  scenes.write(scene_with("box", kMove, {3.5, 0.0, 0.5}, 0.0));
+  EXPECT_TRUE(shown(1, 3.5, 0.2));
+  scenes.write(scene_with("box", kAppend, {3.5, 0.0, 1.5}, 0.2));
+  EXPECT_TRUE(shown(2, 3.5, 0.2));
+  scenes.write(scene_with("box", kAdd, {3.0, 0.0, 0.5}, 0.4));
+  EXPECT_TRUE(shown(1, 3.0, 0.4)) << "it replaces the former one";
+
+  // In the shoulder of an arm: refused, and the former one stays.
+  const double north_x = 0.7;
+  scenes.write(scene_with("box", kAdd, {north_x, 0.0, 0.67}, 0.3));
+  const auto refused = diagnostics.next([](const auto& message) {
+    return std::any_of(message.status().begin(), message.status().end(), [](const auto& status) {
+      return status.name() == "hecaton: planning scene" && status.level() == 1 &&
+             status.message().find("object 'box'") != std::string::npos &&
+             status.message().find("north") != std::string::npos;
+    });
+  });
+  EXPECT_TRUE(refused);
+  markers.clear();
+  EXPECT_TRUE(shown(1, 3.0, 0.4));
+  scenes.write(scene_with("box", kRemove, {}, 0.0));
+  EXPECT_TRUE(markers.next([](const auto& message) {
+    return std::any_of(message.markers().begin(), message.markers().end(),
+                       [](const auto& marker) { return marker.ns() == "box" && marker.action() == 2; });
+  }));
+}
+
+TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
+  const Cell cell = connect();
+  static_cast<void>(home(cell, "west"));
+  Scenes scenes(*peer_, "rt/cell/west/planning_scene");
+  ASSERT_TRUE(scenes.wait_matched());
+  const auto carrier = [&](const std::string& wanted) {
+    std::string last = "no obstacle";
+    const auto until = std::chrono::steady_clock::now() + kLong;
+    while (last != wanted && std::chrono::steady_clock::now() < until) {
+      last = "no obstacle";
+      for (const ObstacleState& obstacle : cell.world().obstacles(kLong)) {
+        if (obstacle.name == "part") last = obstacle.attached_to.value_or("none");
+      }
+    }
+    return last;
+  };
+  moveit_msgs::msg::PlanningScene scene = scene_with("part", 0, {0.0, 0.0, 0.08}, 0.06, "flange");
+  scene.robot_state().attached_collision_objects().resize(1);
+  auto& attached = scene.robot_state().attached_collision_objects()[0];
+  attached.link_name("flange");  // as the URDF of the arm has it, without a prefix
+  attached.object(scene.world().collision_objects()[0]);
+  scene.world().collision_objects().clear();
+  scenes.write(scene);
+  EXPECT_EQ(carrier("west"), "west");
+  attached.object().operation(1);
+  scenes.write(scene);
+  EXPECT_EQ(carrier("none"), "none");
+  cell.world().remove("part", kLong);
+}
+
+TEST_F(Ros2Cell, FollowsTrajectoriesOfThreeArmsAtOnce) {
+  const Cell cell = connect();
+  std::map<std::string, std::unique_ptr<ActionClient>> clients;
+  std::map<std::string, std::vector<double>> starts;
+  std::map<std::string, ActionClient::Id> ids;
+  for (const char* arm : {"north", "west", "east"}) {
+    clients[arm] = std::make_unique<ActionClient>(*peer_, arm);
+    ASSERT_TRUE(clients[arm]->wait_available()) << arm;
+    starts[arm] = home(cell, arm);
+  }
+  for (auto& [arm, client] : clients) {
+    const auto id = client->send(client->ramp(starts[arm], kStep, 2.0));
+    ASSERT_TRUE(id) << arm;
+    ids[arm] = *id;
+  }
+  for (auto& [arm, client] : clients) {
+    const auto feedback =
+        client->feedback.next([&](const auto& message) { return message.goal_id().uuid() == ids[arm]; });
+    ASSERT_TRUE(feedback) << arm;
+    EXPECT_EQ(feedback->feedback().joint_names().front(), arm + "_joint1");
+    EXPECT_EQ(feedback->feedback().actual().positions().size(), 6U);
+    const auto result = client->await_result(ids[arm]);
+    ASSERT_TRUE(result) << arm;
+    EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+    EXPECT_EQ(result->result().error_code(), 0);
+    const auto q = cell.arm(arm).state(kLong).q;
+    for (std::size_t j = 0; j < q.size(); ++j) EXPECT_NEAR(q[j], starts[arm][j] + kStep[j], 0.02) << arm << " " << j;
+    EXPECT_TRUE(client->statuses.next([&](const auto& message) {
+      return !message.status_list().empty() && message.status_list().back().status() == kSucceeded;
+    }));
+  }
+  EXPECT_EQ(cell.status(kLong).contacts->contacts, 0U);
+}
+
+TEST_F(Ros2Cell, ExplainsInvalidTrajectories) {
+  const Cell cell = connect();
+  ActionClient client(*peer_, "west");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "west");
+  const auto good = client.ramp(start, kStep, 2.0);
+  const auto end_of = [&](const auto& goal) {
+    const auto id = client.send(goal);
+    return id ? client.await_result(*id) : std::nullopt;
+  };
+  auto goal = good;
+  goal.trajectory().joint_names()[0] = "elbow";
+  auto result = end_of(goal);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(result->result().error_code(), -2);
+  EXPECT_NE(result->result().error_string().find("joint1"), std::string::npos);
+  goal = good;
+  goal.trajectory().points()[0].positions()[0] += 0.5;
+  ASSERT_TRUE((result = end_of(goal)));
+  EXPECT_EQ(result->result().error_code(), -1);
+  goal = good;
+  goal.trajectory().header().stamp().sec(1000);
+  ASSERT_TRUE((result = end_of(goal)));
+  EXPECT_EQ(result->result().error_code(), -3);
+}
+
+TEST_F(Ros2Cell, CancelsAndReplacesTrajectories) {
+  const Cell cell = connect();
+  ActionClient client(*peer_, "east");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "east");
+  const auto first = client.send(client.ramp(start, kStep, 20.0));
+  ASSERT_TRUE(first);
+  const auto first_result = client.ask_result(*first);
+  const auto moved = client.feedback.next(
+      [&](const auto& message) { return message.feedback().desired().time_from_start().sec() >= 1; });
+  ASSERT_TRUE(moved);
+  auto now = cell.arm("east").state(kLong).q;
+  auto second_goal = client.ramp(now, kStep, 20.0);
+  second_goal.trajectory().points().erase(second_goal.trajectory().points().begin());
+  const auto second = client.send(second_goal);
+  ASSERT_TRUE(second);
+  auto result = client.await_result(first_result);
+  ASSERT_TRUE(result) << "it was asked for before the goal ended";
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(client.cancel({9, 9, 9}), 2) << "unknown goal";
+  EXPECT_EQ(client.cancel(*first), 3) << "the goal has ended";
+  EXPECT_EQ(client.cancel(*second), 0);
+  result = client.await_result(*second);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kCanceled);
+}
+
+/// Bytes as they are.
+struct RawPeerType : bus::RawSupport {
+  using type = bus::RawBytes;
+  RawPeerType() : RawSupport(name, 1 << 22) {}
+  inline static thread_local std::string name;
+};
+
+std::size_t resident_pages(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+  std::size_t size = 0;
+  std::size_t resident = 0;
+  file >> size >> resident;
+  return resident;
+}
+
+TEST_F(Ros2Cell, IgnoresMalformedSamples) {
+  const pid_t pid = ros2_->pid();
+  ActionClient client(*peer_, "north");
+  ASSERT_TRUE(client.wait_available());
+  const std::string action = "control_msgs::action::dds_::FollowJointTrajectory_";
+  const std::vector<std::pair<std::string, std::string>> topics{
+      {"rq/cell/north/follow_joint_trajectory/_action/send_goalRequest", action + "SendGoal_Request_"},
+      {"rq/cell/north/follow_joint_trajectory/_action/get_resultRequest", action + "GetResult_Request_"},
+      {"rq/cell/north/follow_joint_trajectory/_action/cancel_goalRequest",
+       "action_msgs::srv::dds_::CancelGoal_Request_"},
+      {"rq/cell/hecaton/holdRequest", "std_srvs::srv::dds_::Trigger_Request_"},
+      {"rt/cell/north/goal_joints", "sensor_msgs::msg::dds_::JointState_"},
+      {"rt/cell/north/goal_pose", "geometry_msgs::msg::dds_::PoseStamped_"},
+      {"rt/cell/planning_scene", "moveit_msgs::msg::dds_::PlanningScene_"},
+      {"rt/cell/north/planning_scene", "moveit_msgs::msg::dds_::PlanningScene_"},
+      {"ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"}};
+  const std::size_t before = resident_pages(pid);
+  RosPeer hostile(ros_domain_->number(), 101);
+  std::mt19937 random(7);
+  for (const auto& [topic, type] : topics) {
+    RawPeerType::name = type;
+    PeerWriter<RawPeerType> writer(hostile, topic, {true, true, 10});
+    ASSERT_TRUE(writer.wait_matched()) << topic;
+    for (int i = 0; i < 300; ++i) {
+      bus::RawBytes bytes(random() % (i % 30 == 0 ? 3'000'000 : 400));
+      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random() % 5 == 0 ? 255 : random());
+      const std::array<std::uint8_t, 4> header{0, 1, 0, 0};
+      if (bytes.size() >= 4) std::copy(header.begin(), header.end(), bytes.begin());
+      writer.write(bytes);
+    }
+  }
+  const Cell cell = connect();
+  // A request for a hold has no content, so that random bytes of the right length are one.
+  (void)cell.resume(kLong);
+  const auto start = home(cell, "north");
+  const auto id = client.send(client.ramp(start, kStep, 1.0));
+  ASSERT_TRUE(id) << "the service still answers";
+  const auto result = client.await_result(*id);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+  const std::size_t pages = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  EXPECT_LT(resident_pages(pid) * pages, before * pages + (64U << 20U)) << "bytes";
+}
+
+}  // namespace
+}  // namespace hecaton::test

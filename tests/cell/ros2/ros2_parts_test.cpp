@@ -1,0 +1,379 @@
+/// Parts of hecaton-ros2 without a running cell: encoding, trajectories, names of nodes, robot descriptions.
+
+#include <cstring>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <idl/ros2/ros2PubSubTypes.h>
+
+#include "planner/model/kinematics.hpp"
+#include "planner/model/urdf_loader.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/ros2/cdr.hpp"
+#include "services/ros2/cell_description.hpp"
+#include "services/ros2/markers.hpp"
+#include "services/ros2/node_graph.hpp"
+#include "services/ros2/publisher.hpp"
+#include "services/ros2/trajectory.hpp"
+#include "services/ros2/trajectory_server.hpp"
+#include "tests/cell/ros2/ros_peer.hpp"
+#include "tests/support/free_domain.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using planner::JointVector;
+using ros2::Bytes;
+using ros2::TrajectoryCode;
+using ros2::TrajectoryFollower;
+
+const config::CellFile& three_puma() {
+  static const config::CellFile kFile = config::load_cell_file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
+  return kFile;
+}
+const planner::Arm& north() {
+  return three_puma().cell.arms[0].arm;
+}
+
+/// Encodes with the serialisation that fastddsgen has generated.
+template <class PubSub>
+Bytes generated_bytes(typename PubSub::type value) {
+  PubSub type;
+#if HECATON_FAST_DDS == 3
+  rtps::SerializedPayload_t payload(type.calculate_serialized_size(&value, dds::XCDR_DATA_REPRESENTATION));
+  EXPECT_TRUE(type.serialize(&value, payload, dds::XCDR_DATA_REPRESENTATION));
+#else
+  rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&value)());
+  EXPECT_TRUE(type.serialize(&value, &payload));
+#endif
+  return {payload.data, payload.data + payload.length};
+}
+
+TEST(Ros2Encoding, AgreesWithTheGeneratedSerialisation) {
+  ros2::JointState ours{{{12, 34}, "w"}, {"a", "joint_2"}, {1.5, -2.0}, {0.25}, {}};
+  sensor_msgs::msg::JointState theirs;
+  theirs.header().stamp().sec(12);
+  theirs.header().stamp().nanosec(34);
+  theirs.header().frame_id("w");
+  theirs.name({"a", "joint_2"});
+  theirs.position({1.5, -2.0});
+  theirs.velocity({0.25});
+  const Bytes bytes = ros2::encoded(ours);
+  EXPECT_EQ(bytes, generated_bytes<sensor_msgs::msg::JointStatePubSubType>(theirs));
+  const auto back = ros2::decoded<ros2::JointState>(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->name, ours.name);
+  EXPECT_EQ(back->position, ours.position);
+
+  ros2::MarkerLayer layer;
+  layer.begin({1, 2});
+  layer.add_text("north", "text", {1.0, 2.0, 3.0}, {0.1F, 0.2F, 0.3F, 0.4F});
+  ros2::MarkerArray markers = layer.end();
+  visualization_msgs::msg::MarkerArray array;
+  array.markers().resize(2);
+  for (auto& marker : array.markers()) {
+    marker.header().stamp().sec(1);
+    marker.header().stamp().nanosec(2);
+    marker.header().frame_id("world");
+    marker.pose().orientation().w(1.0);
+  }
+  array.markers()[0].action(3);
+  auto& text = array.markers()[1];
+  text.ns("north");
+  text.type(9);
+  text.pose().position().x(1.0);
+  text.pose().position().y(2.0);
+  text.pose().position().z(3.0);
+  text.scale().z(markers.markers[1].scale.z);
+  text.color().r(0.1F);
+  text.color().g(0.2F);
+  text.color().b(0.3F);
+  text.color().a(0.4F);
+  text.text("text");
+  EXPECT_EQ(ros2::encoded(markers), generated_bytes<visualization_msgs::msg::MarkerArrayPubSubType>(array));
+}
+
+TEST(Ros2Encoding, AgreesWithTheGeneratedSerialisationOfPlanningScenes) {
+  ros2::PlanningScene ours;
+  ours.name = "diff";
+  ours.allowed_collision_matrix.entry_values = {{{1, 0}}};
+  ours.allowed_collision_matrix.default_entry_values = {1};
+  ours.link_padding = {{"link", 0.5}};
+  ours.is_diff = true;
+  ros2::CollisionObject object;
+  object.id = "crate";
+  object.primitives = {{1, {0.1, 0.2, 0.3}, {{{1.0F, 2.0F, 3.0F}}}}};
+  object.meshes = {{{{{0, 1, 2}}}, {{0.5, 0.25, 0.125}}}};
+  object.planes = {{{1.0, 2.0, 3.0, 4.0}}};
+  object.subframe_names = {"top"};
+  object.operation = 2;
+  ours.robot_state.attached_collision_objects = {{"flange", object, {"finger"}, {}, 1.5}};
+  ours.world.collision_objects = {object};
+  ours.world.octomap.octomap.data = {-1, 2};
+
+  moveit_msgs::msg::PlanningScene theirs;
+  theirs.name("diff");
+  theirs.allowed_collision_matrix().entry_values().resize(1);
+  theirs.allowed_collision_matrix().entry_values()[0].enabled({true, false});
+  theirs.allowed_collision_matrix().default_entry_values({true});
+  theirs.link_padding().resize(1);
+  theirs.link_padding()[0].link_name("link");
+  theirs.link_padding()[0].padding(0.5);
+  theirs.is_diff(true);
+  moveit_msgs::msg::CollisionObject other;
+  other.id("crate");
+  other.primitives().resize(1);
+  other.primitives()[0].type(1);
+  other.primitives()[0].dimensions({0.1, 0.2, 0.3});
+  other.primitives()[0].polygon().points().resize(1);
+  other.primitives()[0].polygon().points()[0].x(1.0F);
+  other.primitives()[0].polygon().points()[0].y(2.0F);
+  other.primitives()[0].polygon().points()[0].z(3.0F);
+  other.meshes().resize(1);
+  other.meshes()[0].triangles().resize(1);
+  other.meshes()[0].triangles()[0].vertex_indices({0, 1, 2});
+  other.meshes()[0].vertices().resize(1);
+  other.meshes()[0].vertices()[0].x(0.5);
+  other.meshes()[0].vertices()[0].y(0.25);
+  other.meshes()[0].vertices()[0].z(0.125);
+  other.planes().resize(1);
+  other.planes()[0].coef({1.0, 2.0, 3.0, 4.0});
+  other.subframe_names({"top"});
+  other.operation(2);
+  theirs.robot_state().attached_collision_objects().resize(1);
+  auto& attached = theirs.robot_state().attached_collision_objects()[0];
+  attached.link_name("flange");
+  attached.object(other);
+  attached.touch_links({"finger"});
+  attached.weight(1.5);
+  theirs.world().collision_objects({other});
+  theirs.world().octomap().octomap().data({-1, 2});
+
+  const Bytes bytes = ros2::encoded(ours);
+  EXPECT_EQ(bytes, generated_bytes<moveit_msgs::msg::PlanningScenePubSubType>(theirs));
+  const auto back = ros2::decoded<ros2::PlanningScene>(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(ros2::encoded(*back), bytes);
+}
+
+TEST(Ros2Encoding, RefusesOtherSizesBeforeTakingMemory) {
+  const Bytes trigger = ros2::encoded(ros2::TriggerRequest{});
+  EXPECT_TRUE(ros2::decoded<ros2::TriggerRequest>(trigger));
+  // The 16 bytes of other vendors between encapsulation and body.
+  Bytes foreign = trigger;
+  foreign.insert(foreign.begin() + 4, 16, 0);
+  EXPECT_FALSE(ros2::decoded<ros2::TriggerRequest>(foreign));
+
+  ros2::SendGoalRequest request;
+  request.goal.trajectory.joint_names = {"joint1"};
+  Bytes goal = ros2::encoded(request);
+  EXPECT_TRUE(ros2::decoded<ros2::SendGoalRequest>(goal));
+  Bytes shifted = goal;
+  shifted.insert(shifted.begin() + 4, 16, 7);
+  EXPECT_FALSE(ros2::decoded<ros2::SendGoalRequest>(shifted));
+
+  std::mt19937 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    Bytes noise(random() % 300);
+    for (auto& byte : noise) byte = static_cast<std::uint8_t>(random() % 4 == 0 ? 255 : random());
+    if (noise.size() >= 4) std::copy(trigger.begin(), trigger.begin() + 4, noise.begin());
+    const auto message = ros2::decoded<ros2::SendGoalRequest>(noise);
+    EXPECT_LE(message ? message->goal.trajectory.points.size() : 0U, noise.size());
+  }
+}
+
+TEST(Ros2Description, GivesTheKinematicsOfTheModel) {
+  const TemporaryFolder folder;
+  planner::UrdfOptions options;
+  options.tool_link = north().model->links[static_cast<std::size_t>(north().model->tool_link)].name;
+  options.allow_bare_links = true;
+  const auto again = planner::load_urdf(folder.write("arm.urdf", ros2::arm_urdf(north())), options);
+  ASSERT_EQ(again->joint_names, north().model->joint_names);
+  JointVector q = JointVector::Zero(again->joints());
+  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = 0.1 * static_cast<double>(j + 1);
+  planner::Kinematics ours;
+  planner::Kinematics theirs;
+  planner::forward_kinematics(*north().model, north().X_WB, q, ours);
+  planner::forward_kinematics(*again, north().X_WB, q, theirs);
+  const auto tool = [](const planner::RobotModel& model, const planner::Kinematics& kinematics) {
+    return kinematics.X_WL[static_cast<std::size_t>(model.tool_link)].matrix().eval();
+  };
+  EXPECT_TRUE(tool(*north().model, ours).isApprox(tool(*again, theirs), 1e-6));
+  const std::string cell = ros2::cell_urdf(three_puma().cell);
+  for (const char* arm : {"north", "west", "east"}) {
+    EXPECT_NE(cell.find("<joint name=\"" + std::string(arm) + "_joint1\" type=\"revolute\">"), std::string::npos);
+  }
+}
+
+ros2::TrajectoryGoal ramp(const JointVector& q, double step, double seconds) {
+  ros2::TrajectoryGoal goal;
+  goal.trajectory.joint_names = north().model->joint_names;
+  for (int i = 0; i <= 4; ++i) {
+    ros2::JointTrajectoryPoint point;
+    point.positions.assign(q.begin(), q.end());
+    point.positions[0] += step * i / 4.0;
+    point.velocities.assign(point.positions.size(), 0.0);
+    point.time_from_start = ros2::ros_duration(seconds * i / 4.0);
+    goal.trajectory.points.push_back(point);
+  }
+  return goal;
+}
+
+TrajectoryCode code_of(const ros2::TrajectoryGoal& goal, double age = 0.0) {
+  const auto checked = ros2::check_trajectory(goal, north(), north().home(), age);
+  const auto* refusal = std::get_if<ros2::TrajectoryRefusal>(&checked);
+  EXPECT_TRUE(refusal == nullptr || !refusal->text.empty());
+  return refusal == nullptr ? TrajectoryCode::kSuccessful : refusal->code;
+}
+
+TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
+  const JointVector& home = north().home();
+  const ros2::TrajectoryGoal good = ramp(home, 0.4, 2.0);
+  EXPECT_EQ(code_of(good), TrajectoryCode::kSuccessful);
+  auto goal = good;
+  for (std::string& name : goal.trajectory.joint_names) name = "north_" + name;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kSuccessful);
+  goal.trajectory.joint_names[1] = goal.trajectory.joint_names[0];
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  goal = good;
+  goal.trajectory.joint_names.pop_back();
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  goal = good;
+  goal.trajectory.points[2].time_from_start = goal.trajectory.points[1].time_from_start;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points[0].positions[0] += 0.2;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal) << "it begins away from the arm";
+  goal = good;
+  goal.trajectory.points[3].positions[2] = 99.0;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points[3].positions[2] = std::nan("");
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points.back().velocities[0] = 0.5;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  EXPECT_EQ(code_of(ramp(home, 0.4, 0.2)), TrajectoryCode::kInvalidGoal) << "faster than the arm";
+  goal = good;
+  goal.path_tolerance.push_back({"no_joint", 0.1, 0.0, 0.0});
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  EXPECT_EQ(code_of(good, 5.0), TrajectoryCode::kOldStamp);
+  EXPECT_EQ(code_of(ros2::TrajectoryGoal{}), TrajectoryCode::kInvalidJoints);
+}
+
+TrajectoryFollower follower_of(const ros2::TrajectoryGoal& goal) {
+  auto checked = ros2::check_trajectory(goal, north(), north().home(), 0.0);
+  return TrajectoryFollower(std::get<ros2::TrajectoryOrder>(std::move(checked)));
+}
+
+/// Follows with an arm that jumps to its goal; returns the seconds until the end.
+double follow(TrajectoryFollower& follower, ros2::TrajectoryRefusal& end, double blocked_until = 0.0) {
+  TrajectoryFollower::Input input{north().home(), 0.01};
+  JointVector goal = input.q;
+  double now = 0.0;
+  for (; now < 60.0; now += input.dt) {
+    const auto output = follower.update(input);
+    if (output.end) {
+      end = *output.end;
+      break;
+    }
+    if (output.goal) goal = *output.goal;
+    if (now >= blocked_until) input.q = goal;
+    input.report = (input.q - goal).norm() < 1e-9 ? TrajectoryFollower::GoalReport::kReached
+                                                  : TrajectoryFollower::GoalReport::kUnderWay;
+  }
+  return now;
+}
+
+TEST(Ros2Trajectory, NeverPassesAPointBeforeItsTime) {
+  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+  ros2::TrajectoryRefusal end{TrajectoryCode::kOldStamp, ""};
+  EXPECT_NEAR(follow(follower, end), 4.0, 0.1);
+  EXPECT_EQ(end.code, TrajectoryCode::kSuccessful);
+}
+
+TEST(Ros2Trajectory, WaitsForALateArm) {
+  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+  ros2::TrajectoryRefusal end{TrajectoryCode::kOldStamp, ""};
+  EXPECT_NEAR(follow(follower, end, 3.0), 7.0, 0.3);
+  EXPECT_EQ(end.code, TrajectoryCode::kSuccessful);
+}
+
+TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
+  auto goal = ramp(north().home(), 0.8, 4.0);
+  goal.goal_time_tolerance = {1, 0};
+  TrajectoryFollower follower = follower_of(goal);
+  ros2::TrajectoryRefusal end{TrajectoryCode::kSuccessful, ""};
+  EXPECT_NEAR(follow(follower, end, 50.0), 5.0, 0.1);
+  EXPECT_EQ(end.code, TrajectoryCode::kGoalTolerance);
+}
+
+TEST(Ros2Trajectory, EndsWhenTheArmLeavesThePath) {
+  auto goal = ramp(north().home(), 0.8, 4.0);
+  goal.path_tolerance.push_back({"joint2", 0.05, 0.0, 0.0});
+  goal.path_tolerance.push_back({"joint3", -1.0, 0.0, 0.0});
+  TrajectoryFollower follower = follower_of(goal);
+  TrajectoryFollower::Input input{north().home(), 0.01};
+  static_cast<void>(follower.update(input));
+  input.q[2] += 0.5;
+  EXPECT_FALSE(follower.update(input).end) << "joint3 has no tolerance";
+  input.q[1] += 0.1;
+  input.reason = "ball is 0.03 m away";
+  const auto output = follower.update(input);
+  ASSERT_TRUE(output.end);
+  EXPECT_EQ(output.end->code, TrajectoryCode::kPathTolerance);
+  EXPECT_NE(output.end->text.find("ball is 0.03 m away"), std::string::npos);
+}
+
+TEST(Ros2ActionGoals, KeepResultsForLateClients) {
+  ros2::ActionGoals goals;
+  const ros2::ActionGoals::Id id{1, 2, 3};
+  const auto now = bus::Clock::now();
+  ASSERT_TRUE(goals.add(id, {5, 0}));
+  EXPECT_FALSE(goals.add(id, {6, 0}));
+  EXPECT_FALSE(goals.result(id)) << "the goal has not ended";
+  goals.end(id, ros2::ActionGoals::kSucceeded, {0, "done"}, now);
+  goals.forget_old(now + 14min);
+  ASSERT_TRUE(goals.result(id));
+  EXPECT_EQ(goals.result(id)->result.error_string, "done");
+  goals.forget_old(now + 16min);
+  EXPECT_EQ(goals.result(id)->status, ros2::ActionGoals::kUnknown);
+}
+
+TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {
+  using config::Ros2Distribution;
+  const ros2::NodeEndpoints endpoints{{}, {bus::EndpointId{{1, 2, 3}}}};
+  const Bytes humble = ros2::announcement(Ros2Distribution::kHumble, {"/", "hecaton"}, endpoints);
+  const Bytes jazzy = ros2::announcement(Ros2Distribution::kJazzy, {"/", "hecaton"}, endpoints);
+  EXPECT_EQ(humble.size() - jazzy.size(), 16U) << "two identifiers, 8 bytes longer each";
+  EXPECT_TRUE(ros2::is_of_other(Ros2Distribution::kHumble, jazzy));
+  EXPECT_TRUE(ros2::is_of_other(Ros2Distribution::kJazzy, humble));
+  EXPECT_FALSE(ros2::is_of_other(Ros2Distribution::kJazzy, jazzy));
+
+  const FreeDomain domain;
+  bus::Mailbox mailbox;
+  bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
+  bus::Participant other(domain.number(), "/", bus::ros2::participant_options());
+  bus::ros2::Topic topic;
+  topic.name = "ros_discovery_info";
+  topic.type = "rmw_dds_common/msg/ParticipantEntitiesInfo";
+  topic.transient_local = true;
+  topic.depth = 1;
+  topic.plain = true;
+  bus::ros2::Writer writer(other, topic);
+  writer.write(humble);
+  bus::ros2::Writer own(participant, topic);
+  ros2::NodeGraph graph(participant, Ros2Distribution::kJazzy, {"/", "hecaton"}, {{}, {own.id()}}, mailbox);
+  const auto until = bus::Clock::now() + kLong;
+  while (!graph.conflicting() && bus::Clock::now() < until) {
+    static_cast<void>(mailbox.wait(1s));
+    graph.update(bus::Clock::now());
+  }
+  EXPECT_TRUE(graph.conflicting());
+  graph.update(bus::Clock::now() + 10s);
+  EXPECT_FALSE(graph.announced());
+}
+
+}  // namespace
+}  // namespace hecaton::test

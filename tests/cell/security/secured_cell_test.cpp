@@ -1,0 +1,117 @@
+/// A cell with keys: it works, and participants without the right keys see nothing and move nothing.
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include <idl/arm.h>
+#include <idl/goal.h>
+#include <idl/health.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/security/keystore.hpp"
+#include "tests/cell/cli/live_cell.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using services::Role;
+
+class SecuredCell : public LiveCell {
+ protected:
+  void SetUp() override {
+    services::create_keystore(keystore(), std::chrono::days(2));
+    services::add_host(keystore(), "localhost", std::chrono::days(1));
+    write_cell(cell_file(), "security: {keystore: keys}\n");
+    write_cell(open_file(), "");
+    LiveCell::SetUp();
+  }
+  [[nodiscard]] std::string cell_file() const override { return folder_.path() / "cell.yaml"; }
+  [[nodiscard]] std::string open_file() const { return folder_.path() / "open.yaml"; }
+  [[nodiscard]] std::filesystem::path keystore() const { return folder_.path() / "keys"; }
+
+  static void write_cell(const std::string& path, const std::string& security) {
+    std::ofstream(path)
+        << "name: secured\n"
+        << security
+        // Encryption on a busy machine of two processors: a cell of a lower rate.
+        << "timing: {control_period: 20ms, driver_period: 4ms, world_period: 20ms, command_timeout: 400ms}\n"
+           "supervision: {heartbeat_deadline: 250ms, host_lease: 1s}\n"
+           "defaults: {robot: ur5e}\n"
+           "arms:\n"
+           "  - {name: north, base: {xyz: [0, 0.8, 0]}}\n"
+           "  - {name: south, base: {xyz: [0, -0.8, 0]}}\n";
+  }
+  [[nodiscard]] Ran run_with(const std::string& file, std::vector<std::string> words) const {
+    words.insert(words.end(), {"--cell", file});
+    return run(std::move(words));
+  }
+  void reach(const std::string& arm, const std::string& named) const {
+    const Ran ran = run_with(cell_file(), {"goal", arm, "--named", named, "--wait", "--time-limit", "60s"});
+    EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  }
+  [[nodiscard]] bus::Participant participant(const std::string& name, std::optional<Role> role) const {
+    bus::ParticipantOptions options;
+    options.partition = "secured";
+    if (role) options.identity = services::enclave_folder(keystore(), "localhost", *role);
+    return {domain_.number(), name, options};
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
+  reach("north", "ready");
+  reach("south", "ready");
+
+  const Ran open = run_hecaton({"status", "--cell", open_file(), "--domain", domain(), "--connect-timeout", "3s"});
+  EXPECT_EQ(open.code, 5) << open.out << open.err;
+
+  // An open intruder matches no endpoint, while a viewer with keys sees all states.
+  bus::Participant intruder = participant("intruder", std::nullopt);
+  bus::Writer<msg::CellMode> modes(intruder);
+  bus::Writer<msg::ArmCommand> commands(intruder);
+  bus::Reader<msg::ArmState> stolen(intruder);
+  bus::Participant viewer = participant("viewer", Role::kViewer);
+  bus::Reader<msg::ArmState> seen(viewer);
+  const auto until = bus::Clock::now() + kPatience;
+  int states = 0;
+  while (states < 500 && bus::Clock::now() < until) {
+    static_cast<void>(seen.wait_for_data(std::chrono::seconds(1)));
+    for (const auto& sample : seen.take()) states += sample.disposed ? 0 : 1;
+    msg::CellMode stop;
+    stop.term(2);
+    stop.mode(msg::Mode::MODE_STOP);
+    static_cast<void>(modes.write(stop));
+  }
+  EXPECT_GE(states, 500);
+  EXPECT_EQ(modes.matched(), 0);
+  EXPECT_EQ(commands.matched(), 0);
+  EXPECT_EQ(stolen.matched(), 0);
+  EXPECT_TRUE(stolen.take().empty());
+  reach("north", "home");
+
+  // A viewer gives no goals, an operator no commands.
+  EXPECT_THROW(bus::Writer<msg::Goal> goals(viewer), std::runtime_error);
+  bus::Participant operator_ = participant("operator", Role::kOperator);
+  EXPECT_THROW(bus::Writer<msg::ArmCommand> forged(operator_), std::runtime_error);
+  EXPECT_NO_THROW(bus::Writer<msg::Goal> goals(operator_));
+}
+
+TEST_F(SecuredCell, RestartsAProcessWithItsKeys) {
+  reach("north", "ready");
+  pid_t planner = 0;
+  for (const auto until = bus::Clock::now() + kPatience; planner == 0 && bus::Clock::now() < until;) {
+    const Ran status = run_with(cell_file(), {"status", "-o", "json"});
+    ASSERT_EQ(status.code, 0) << status.err;
+    const Json planner_node = entry(Json::parse(status.out).at("nodes"), "node", "planner/north");
+    if (!planner_node.is_null()) planner = planner_node.at("pid").get<pid_t>();
+  }
+  ASSERT_GT(planner, 0);
+  ASSERT_EQ(::kill(planner, SIGKILL), 0);
+  reach("north", "home");
+}
+
+}  // namespace
+}  // namespace hecaton::test

@@ -1,0 +1,406 @@
+// The device of Universal Robots against the controller of tests/robots/ur_controller.py, without a cell.
+#include <array>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "services/arm_driver/device_session.hpp"
+#include "services/arm_driver/devices/universal_robots/program.hpp"
+#include "services/arm_driver/devices/universal_robots/rtde.hpp"
+#include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
+#include "services/arm_driver/devices/universal_robots/tcp.hpp"
+#include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
+#include "tests/support/robot_simulator.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using device::JointState;
+using device::JointVector;
+using msg::CauseKind;
+using Clock = device::Clock;
+
+constexpr auto kRobotPeriod = 2ms;
+constexpr auto kRobotValidFor = 12ms;
+constexpr auto kRobotLimit = 30s;      // for any machine
+constexpr double kSecondJoint = -0.4;  // speed of the second joint, as a share of the first one's
+
+device::DeviceSetup setup_for(const std::string& address, const std::map<std::string, std::string>& keys = {}) {
+  device::DeviceSetup setup;
+  setup.arm = "north";
+  setup.limits.lower = JointVector::Constant(6, -6.28);
+  setup.limits.upper = JointVector::Constant(6, 6.28);
+  setup.limits.velocity = JointVector::Constant(6, 3.0);
+  setup.limits.acceleration = JointVector::Constant(6, 10.0);
+  setup.period = kRobotPeriod;
+  setup.command_timeout = 50ms;
+  setup.where = "cell.yaml: arms[0].device";
+  // A busy machine may stop this process for longer than the default time-out.
+  setup.values = {{"robot_ip", address}, {"timeout", "0.3"}};
+  for (const auto& [key, value] : keys) setup.values[key] = value;
+  return setup;
+}
+
+class UniversalRobotsTest : public testing::Test {
+ protected:
+  void begin(const std::vector<std::string>& options = {}, const std::map<std::string, std::string>& keys = {}) {
+    robot_.emplace(options);
+    device_ = make_universal_robots_arm(setup_for(robot_->address(), keys));
+    session_.emplace(DeviceSessionSetup{"north", 6, 10.0}, *device_, std::nullopt);
+  }
+
+  /// Runs periods of a driver until `event` holds; false after kRobotLimit.
+  bool until(const std::function<bool()>& event) {
+    for (const auto end = Clock::now() + kRobotLimit; Clock::now() < end;) {
+      period();
+      if (event()) return true;
+    }
+    return false;
+  }
+  void period() {
+    due_ = std::max(due_ + kRobotPeriod, Clock::now());
+    std::this_thread::sleep_until(due_);
+    const bool was_active = session_->active();
+    session_->read(Clock::now(), may_move_);
+    if (session_->active() && !was_active) q_ = session_->state().measured.q;
+    if (!session_->active() || silent_) return;
+    const double dt = std::chrono::duration<double>(kRobotPeriod).count();
+    JointVector qd = JointVector::Zero(6);
+    qd[0] = velocity_;
+    qd[1] = kSecondJoint * velocity_;
+    q_ += qd * dt;
+    session_->write({q_, qd}, kRobotValidFor);
+  }
+  void run() {
+    ASSERT_TRUE(until([this] { return session_->active(); })) << session_->cause().text();
+    robot_->order("forget");
+  }
+  void move() {
+    run();
+    velocity_ = 0.5;
+    const double from = q_[0];
+    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << session_->cause().text();
+    ASSERT_TRUE(session_->active()) << session_->cause().text();
+  }
+  /// The arm stands on the robot's side.
+  bool stands() {
+    const auto qd = robot_->state().at("qd").get<std::vector<double>>();
+    return std::all_of(qd.begin(), qd.end(), [](double v) { return std::abs(v) < 1e-4; });
+  }
+  [[nodiscard]] CauseKind kind() const { return session_->cause().kind(); }
+  [[nodiscard]] std::string text() const { return session_->cause().text(); }
+  /// The supervisor has taken over the hold, and a person resumes.
+  void resume() {
+    velocity_ = 0.0;
+    session_->release();
+  }
+  device::DeviceResult order(device::DeviceOrder what) {
+    if (auto refused = device_->begin(what)) return refused;
+    std::optional<device::OrderEnd> end;
+    EXPECT_TRUE(until([&] { return (end = device_->order_end()).has_value(); }));
+    return end ? end->result : device::DeviceFailure{"no end"};
+  }
+
+  std::optional<test::RobotSimulator> robot_;
+  std::unique_ptr<device::ArmDevice> device_;
+  std::optional<DeviceSession> session_;
+  JointVector q_ = JointVector::Zero(6);
+  double velocity_ = 0.0;  ///< of the first joint [rad/s]
+  bool may_move_ = true;
+  bool silent_ = false;
+  Clock::time_point due_ = Clock::now();
+};
+
+TEST_F(UniversalRobotsTest, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {
+  begin();
+  ASSERT_TRUE(until([this] { return session_->active(); })) << text();
+  velocity_ = 0.5;
+  const double from = q_[0];
+  ASSERT_TRUE(until([&] { return q_[0] > from + 0.5; })) << text();
+  velocity_ = 0.0;
+  ASSERT_TRUE(until([&] { return std::abs(session_->state().measured.q[0] - q_[0]) < 1e-4; })) << text();
+  const auto state = robot_->state();
+  EXPECT_LT(state.at("first").get<double>(), 1e-5);
+  EXPECT_LT(state.at("largest").get<double>(), 0.05);
+  EXPECT_EQ(state.at("ignored"), 0);
+  EXPECT_EQ(state.at("programs"), 1);
+}
+
+TEST_F(UniversalRobotsTest, StopsTheRobotWhenSetPointsCease) {
+  begin();
+  move();
+  silent_ = true;
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_PROGRAM_STOPPED; }));
+  EXPECT_TRUE(until([this] { return stands(); }));
+  // 0.5 rad/s for 12 ms and a cycle, then braking with 10 rad/s².
+  const double beyond = robot_->state().at("q")[0].get<double>() - q_[0];
+  EXPECT_GT(beyond, 0.0);
+  EXPECT_LT(beyond, 0.5 * 0.014 + 0.0125 + 0.001);
+  // Both joints stop together, on a straight line in joint space.
+  EXPECT_NEAR(robot_->state().at("q")[1].get<double>() - q_[1], kSecondJoint * beyond, 1e-3);
+}
+
+TEST_F(UniversalRobotsTest, ProtectiveStopNeedsAnUnlockAndAResume) {
+  begin({"--unlock-after", "1"});
+  move();
+  robot_->order("protective_stop");
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_PROTECTIVE_STOP; })) << text();
+  EXPECT_NE(text().find("'hecaton device north unlock'"), std::string::npos) << text();
+  ASSERT_TRUE(until([this] { return stands(); }));
+  const auto early = order(device::DeviceOrder::kUnlock);
+  if (early) {
+    EXPECT_NE(early->text.find("Cannot unlock protective stop"), std::string::npos) << early->text;
+  }
+  ASSERT_TRUE(until([this] { return robot_->state().at("safety_mode") == 1 || !order(device::DeviceOrder::kUnlock); }));
+  ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; }));
+  EXPECT_FALSE(session_->active());
+  EXPECT_EQ(kind(), CauseKind::CAUSE_PROTECTIVE_STOP) << "held until a person resumes";
+  EXPECT_EQ(robot_->state().at("programs"), 1);
+  robot_->order("forget");
+  resume();
+  ASSERT_TRUE(until([this] { return session_->active(); })) << text();
+  ASSERT_TRUE(until([this] { return robot_->state().at("first").get<double>() >= 0.0; }));
+  EXPECT_LT(robot_->state().at("first").get<double>(), 1e-5);
+  EXPECT_LT(robot_->state().at("fastest").get<double>(), 0.01);
+}
+
+TEST_F(UniversalRobotsTest, ReportsEachStopWithItsKind) {
+  begin();
+  run();
+  for (const auto& [stop, expected, undo] :
+       {std::tuple("safeguard open", CauseKind::CAUSE_SAFEGUARD_STOP, "safeguard closed"),
+        std::tuple("pause_program", CauseKind::CAUSE_PROGRAM_STOPPED, "play_program"),
+        std::tuple("stop_program", CauseKind::CAUSE_PROGRAM_STOPPED, "play_program")}) {
+    robot_->order(stop);
+    ASSERT_TRUE(until([&, kind = expected] { return this->kind() == kind; })) << stop << ": " << text();
+    EXPECT_NE(text().find("'hecaton resume north'"), std::string::npos) << text();
+    robot_->order(undo);
+    ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << stop << text();
+    resume();
+    ASSERT_TRUE(until([this] { return session_->active(); })) << stop << ": " << text();
+  }
+}
+
+TEST_F(UniversalRobotsTest, EmergencyStopNeedsPowerAndAResume) {
+  begin();
+  move();
+  robot_->order("emergency_stop");
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_EMERGENCY_STOP; })) << text();
+  robot_->order("release_emergency_stop");
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_FALSE(order(device::DeviceOrder::kPowerOn)) << "taken";
+  ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << text();
+  EXPECT_FALSE(session_->active());
+  resume();
+  EXPECT_TRUE(until([this] { return session_->active(); })) << text();
+}
+
+TEST_F(UniversalRobotsTest, WaitsForPowerRemoteControlAndTheEndOfOtherPrograms) {
+  begin({"--off"});
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  robot_->order("remote_control off");
+  EXPECT_FALSE(order(device::DeviceOrder::kPowerOn));
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_REMOTE_CONTROL_OFF; })) << text();
+  EXPECT_EQ(robot_->state().at("programs"), 0);
+  may_move_ = false;
+  robot_->order("remote_control on");
+  robot_->order("foreign_program");
+  ASSERT_TRUE(until([this] { return text().find("another program runs") != std::string::npos; })) << text();
+  robot_->order("stop_program");
+  may_move_ = true;
+  resume();
+  EXPECT_TRUE(until([this] { return session_->active(); })) << text();
+  const auto refused = device_->begin(device::DeviceOrder::kUnlock);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->text, "its robot is in no protective stop");
+}
+
+TEST_F(UniversalRobotsTest, SurvivesHalfPackagesAndReportsTheSpeedSlider) {
+  begin({}, {{"speed_slider", "0.5"}});
+  robot_->order("halves on");
+  run();
+  EXPECT_DOUBLE_EQ(session_->state().speed_scaling, 0.5);
+  EXPECT_TRUE(until([this] { return std::abs(device_->tracking_delay() - 0.06) < 1e-3; }));
+  robot_->order("slider 0.1");
+  EXPECT_TRUE(until([this] { return session_->state().speed_scaling < 0.11; })) << text();
+}
+
+TEST_F(UniversalRobotsTest, NamesMissingOutputsAndSlidersInUse) {
+  begin({}, {{"speed_slider", "0.5"}});
+  robot_->order("in_use speed_slider_mask");
+  ASSERT_TRUE(until([this] { return text().find("(IN_USE)") != std::string::npos; })) << text();
+  EXPECT_TRUE(session_->failed());
+  robot_->order("in_use");
+  robot_->order("not_found safety_mode");
+  ASSERT_TRUE(until([this] { return text().find("does not have the RTDE output safety_mode") != std::string::npos; }))
+      << text();
+  robot_->order("not_found target_speed_fraction");
+  EXPECT_TRUE(until([this] { return session_->active(); })) << text();
+}
+
+TEST_F(UniversalRobotsTest, SpeaksVersion1AndTheSlowCycleOfACb3) {
+  begin({"--model", "cb3"});
+  robot_->order("not_found version_2");
+  move();
+}
+
+TEST_F(UniversalRobotsTest, StopsTheRobotWhenTheCableIsPulled) {
+  begin();
+  move();
+  robot_->order("cable pulled");
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_NE(text().find("has sent no data for 500 ms"), std::string::npos) << text();
+  EXPECT_TRUE(until([this] { return stands(); }));
+  robot_->order("drop_connections");
+  robot_->order("cable plugged");
+  ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << text();
+  EXPECT_FALSE(session_->active());
+  robot_->order("forget");
+  resume();
+  ASSERT_TRUE(until([this] { return session_->active(); })) << text();
+  EXPECT_LT(robot_->state().at("first").get<double>(), 1e-5);
+}
+
+TEST_F(UniversalRobotsTest, EndsTheProgramOnASetPointTooFarAway) {
+  begin();
+  run();
+  q_[3] += 0.5;  // in one period
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
+  EXPECT_LT(robot_->state().at("fastest").get<double>(), 1e-6);
+}
+
+TEST_F(UniversalRobotsTest, NamesATakenPort) {
+  device::universal_robots::TcpListener other;
+  ASSERT_FALSE(other.listen(50217));
+  begin({}, {{"reverse_port", "50217"}});
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_NE(text().find("cannot listen on port 50217 of this machine"), std::string::npos) << text();
+}
+
+TEST(UniversalRobots, RefusesWrongKeys) {
+  const auto refusal = [](const std::map<std::string, std::string>& keys, int joints = 6) -> std::string {
+    device::DeviceSetup setup = setup_for("192.168.0.10", keys);
+    setup.limits.lower.conservativeResize(joints);
+    try {
+      (void)make_universal_robots_arm(setup);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_EQ(refusal({}), "nothing");
+  EXPECT_EQ(refusal({{"robot_ip", "ur5.local"}}),
+            "cell.yaml: arms[0].device.robot_ip = ur5.local must be an IPv4 address, such as 192.168.0.10");
+  EXPECT_EQ(refusal({{"gain", "5"}}), "cell.yaml: arms[0].device.gain = 5 must be 100 to 2000");
+  EXPECT_EQ(refusal({{"timeout", "5s"}}), "cell.yaml: arms[0].device.timeout = 5s must be 0.004s to 1s");
+  EXPECT_EQ(refusal({}, 7),
+            "cell.yaml: arms[0].device.type = universal_robots must be of an arm with six joints, but arm north has 7");
+}
+
+TEST(UniversalRobots, FramingSurvivesRandomBytes) {
+  std::mt19937 random(1);
+  std::string bytes;
+  int packages = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    bytes.push_back(static_cast<char>(random() % (i % 3 == 0 ? 16 : 256)));
+    const auto next = device::universal_robots::next_package(bytes);
+    if (next.broken) bytes.clear();
+    if (!next.package) continue;
+    ++packages;
+    (void)device::universal_robots::text_message(next.package->payload, 1 + packages % 2);
+    bytes.erase(0, next.size);
+  }
+  EXPECT_GT(packages, 10);
+}
+
+/// A server on the RTDE port that sends what a robot would not.
+class BrokenRobot {
+ public:
+  BrokenRobot() {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_port = htons(30004);
+    ::inet_pton(AF_INET, kAddress, &own.sin_addr);
+    const int yes = 1;
+    ::setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+    EXPECT_EQ(::listen(listener_, 4), 0);
+  }
+  ~BrokenRobot() {
+    ::close(connection_);
+    ::close(listener_);
+  }
+  BrokenRobot(const BrokenRobot&) = delete;
+  BrokenRobot& operator=(const BrokenRobot&) = delete;
+
+  void accept() {
+    ::close(connection_);
+    connection_ = ::accept(listener_, nullptr, nullptr);
+  }
+  void send(const std::string& bytes) const { (void)!::send(connection_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+
+  static constexpr const char* kAddress = "127.240.17.1";
+
+ private:
+  int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  int connection_ = -1;
+};
+
+TEST(UniversalRobots, SurvivesRandomPackages) {
+  using device::universal_robots::PackageType;
+  constexpr int kPackages = 100'000;
+  constexpr int kInABatch = 20;
+  const std::array types{PackageType::kProtocolVersion,
+                         PackageType::kControllerVersion,
+                         PackageType::kOutputs,
+                         PackageType::kInputs,
+                         PackageType::kStart,
+                         PackageType::kData,
+                         PackageType::kText};
+  const std::array<std::string, 5> answers{std::string(1, '\1'), std::string(16, '\5'),
+                                           "\1DOUBLE,VECTOR6D,VECTOR6D,INT32,INT32,UINT32,DOUBLE,DOUBLE",
+                                           "\1UINT32,DOUBLE", std::string(1, '\1')};
+  std::mt19937 random(7);
+  BrokenRobot robot;
+  device::universal_robots::RtdeClient client({BrokenRobot::kAddress, 500.0, 0.5}, {});
+  Clock::time_point now = Clock::now();
+  int failures = 0, handshakes = 0;
+  for (int sent = 0; sent < kPackages; sent += kInABatch) {
+    if (sent == 0 || client.failed()) {
+      client.open(now);
+      robot.accept();
+      ++failures;
+      // Half of the connections get as far as the data.
+      for (std::size_t step = 0; random() % 8 != 0 && step < answers.size(); ++step) {
+        robot.send(device::universal_robots::package(types[step], answers[step]));
+        for (int i = 0; i < 3; ++i) client.update(now += 1ms);
+        handshakes += step + 1 == answers.size() ? 1 : 0;
+      }
+    }
+    std::string bytes;
+    for (int i = 0; i < kInABatch; ++i) {
+      std::string payload(random() % 5 == 0 ? 137 : random() % 40, '\0');
+      for (char& byte : payload) byte = static_cast<char>(random());
+      bytes += device::universal_robots::package(types[random() % types.size()], payload);
+    }
+    if (random() % 16 == 0) bytes[random() % bytes.size()] = '\0';
+    robot.send(bytes);
+    client.update(now += 1ms);
+    if (client.failed()) {
+      EXPECT_FALSE(client.error().empty());
+    }
+  }
+  EXPECT_GT(failures, 20);
+  EXPECT_GT(handshakes, 10);
+}
+
+}  // namespace
+}  // namespace hecaton::services

@@ -1,0 +1,130 @@
+#include "services/bus/datagram_check.hpp"
+
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/rtps_datagram.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+using namespace std::chrono_literals;
+using test::RtpsDatagram;
+
+constexpr std::int64_t kHuge = std::int64_t{1} << 62;
+
+class DatagramCheckTest : public testing::Test {
+ protected:
+  bool refused(const RtpsDatagram& datagram) { return !check_.refuse(datagram.bytes(), now_).empty(); }
+
+  DatagramCheck check_;
+  Clock::time_point now_{100s};
+};
+
+TEST_F(DatagramCheckTest, PassesWhatAStreamSends) {
+  for (std::int64_t number = 1; number < 5000; number += 7) {
+    EXPECT_FALSE(refused(RtpsDatagram().data(number)));
+    EXPECT_FALSE(refused(RtpsDatagram().heartbeat(std::max<std::int64_t>(1, number - 3), number)));
+    EXPECT_FALSE(refused(RtpsDatagram().gap(number, number + 2)));
+    EXPECT_FALSE(refused(RtpsDatagram().acknowledgement(number, 32)));
+  }
+  EXPECT_FALSE(refused(RtpsDatagram().heartbeat(1, 0))) << "a writer without samples";
+  EXPECT_FALSE(refused(RtpsDatagram().fragment(5000, 1, 1, 60'000, 200'000)));
+}
+
+TEST_F(DatagramCheckTest, PassesOtherProtocols) {
+  EXPECT_EQ(check_.refuse({}, now_), "");
+  const std::vector<std::uint8_t> other(100, 7);
+  EXPECT_EQ(check_.refuse(other, now_), "");
+}
+
+TEST_F(DatagramCheckTest, RefusesAbsurdRanges) {
+  EXPECT_TRUE(refused(RtpsDatagram().gap(1, 2'000'000'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().gap(1, 1'000'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().gap(0, 1)));
+  EXPECT_TRUE(refused(RtpsDatagram().gap(5, 4)));
+  EXPECT_TRUE(refused(RtpsDatagram().gap(-5, -4)));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(kHuge, kHuge)));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(1, std::numeric_limits<std::int64_t>::max())));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(0, 1)));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(9, 5)));
+  EXPECT_TRUE(refused(RtpsDatagram().data(0)));
+  EXPECT_TRUE(refused(RtpsDatagram().data(-1)));
+  EXPECT_TRUE(refused(RtpsDatagram().data(std::numeric_limits<std::int64_t>::max())));
+  EXPECT_TRUE(refused(RtpsDatagram().acknowledgement(1, 100'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().acknowledgement(std::numeric_limits<std::int64_t>::max(), 0)));
+}
+
+TEST_F(DatagramCheckTest, RefusesAbsurdFragments) {
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 1, 1, 60'000, 0xFFFFFFFF))) << "4 GiB";
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 0, 1, 60'000, 200'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 5, 1, 60'000, 200'000))) << "the fifth of four";
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 1, 5, 60'000, 200'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 1, 1, 0, 200'000)));
+  EXPECT_TRUE(refused(RtpsDatagram().fragment(1, 0xFFFFFFFF, 0xFFFF, 1, 10)));
+}
+
+TEST_F(DatagramCheckTest, RefusesLeapsOfAWriter) {
+  ASSERT_FALSE(refused(RtpsDatagram().data(5))) << "an old sample for a late joiner";
+  ASSERT_FALSE(refused(RtpsDatagram().data(1'000'000))) << "the newest one";
+  EXPECT_FALSE(refused(RtpsDatagram().gap(6, 999'999))) << "there is nothing in between";
+  now_ += 1500ms;
+  ASSERT_FALSE(refused(RtpsDatagram().data(1'000'001)));
+  now_ += 900ms;
+  EXPECT_FALSE(refused(RtpsDatagram().data(1'000'500)));
+  EXPECT_TRUE(refused(RtpsDatagram().data(1'000'500 + DatagramCheck::kLeap + 1)));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(1, 3'000'000)));
+  EXPECT_FALSE(refused(RtpsDatagram().data(1'000'501))) << "the stream itself goes on";
+  now_ += 2s;
+  EXPECT_FALSE(refused(RtpsDatagram().data(1'000'501 + DatagramCheck::kLeap + 1))) << "the writer was not received";
+  EXPECT_TRUE(refused(RtpsDatagram().data(1'000'501 + 2 * DatagramCheck::kLeapAfterPause)));
+  check_.forget(RtpsDatagram::prefix());
+  EXPECT_FALSE(refused(RtpsDatagram().data(100'000'000))) << "found again";
+}
+
+TEST_F(DatagramCheckTest, RefusesSubmessagesForOthersAndBeyondTheEnd) {
+  EXPECT_TRUE(refused(RtpsDatagram().submessage(0x0C, std::vector<std::uint8_t>(20))));
+  const RtpsDatagram::Prefix own = RtpsDatagram::prefix();
+  std::vector<std::uint8_t> sender(8);
+  sender.insert(sender.end(), own.begin(), own.end());
+  EXPECT_FALSE(refused(RtpsDatagram().submessage(0x0C, sender))) << "a signed message names its sender";
+  auto cut = RtpsDatagram().heartbeat(1, 5).bytes();
+  cut.resize(cut.size() - 3);
+  EXPECT_NE(check_.refuse(cut, now_), "");
+}
+
+TEST_F(DatagramCheckTest, RecognisesAnAnnouncedDeparture) {
+  const auto departs = [](const RtpsDatagram& datagram) {
+    return DatagramCheck::announces_departure(datagram.bytes());
+  };
+  constexpr std::uint16_t kStatus = 0x71;
+  constexpr std::uint16_t kKeyHash = 0x70;
+  EXPECT_FALSE(departs(RtpsDatagram().announcement({}, 4)));
+  EXPECT_FALSE(departs(RtpsDatagram().announcement({{kKeyHash, 7}}, 4)));
+  EXPECT_FALSE(departs(RtpsDatagram().data(1))) << "of another writer";
+  EXPECT_TRUE(departs(RtpsDatagram().announcement({}, 8))) << "a key without data";
+  EXPECT_TRUE(departs(RtpsDatagram().announcement({{kStatus, 0x03000000}}, 8)));
+  EXPECT_TRUE(departs(RtpsDatagram().announcement({{kKeyHash, 7}, {kStatus, 0x03000000}}, 4)));
+  EXPECT_TRUE(departs(RtpsDatagram().heartbeat(1, 2).announcement({{kStatus, 0x01000000}})));
+  EXPECT_TRUE(refused(RtpsDatagram().writer(0x000100C2).fragment(1, 1, 1, 100, 300)));
+}
+
+TEST_F(DatagramCheckTest, SurvivesRandomAndTruncatedDatagrams) {
+  std::mt19937_64 random(7);
+  const auto model =
+      RtpsDatagram().data(1).heartbeat(1, 2).gap(1, 3).fragment(2, 1, 1, 100, 300).announcement({{0x70, 1}}).bytes();
+  for (int i = 0; i < 200'000; ++i) {
+    auto bytes = model;
+    for (int flips = 0; flips < 4; ++flips)
+      bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    bytes.resize(random() % (bytes.size() + 1));
+    static_cast<void>(check_.refuse(bytes, now_));
+    static_cast<void>(DatagramCheck::announces_departure(bytes));
+  }
+}
+
+}  // namespace
+}  // namespace hecaton::bus

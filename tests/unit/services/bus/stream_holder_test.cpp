@@ -1,0 +1,99 @@
+#include "services/bus/stream_holder.hpp"
+
+#include <gtest/gtest.h>
+
+#include "services/bus/refusals.hpp"
+
+namespace hecaton::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+EndpointId endpoint(std::uint8_t participant, std::uint8_t entity = 1) {
+  EndpointId id;
+  id.bytes.front() = participant;
+  id.bytes.back() = entity;
+  return id;
+}
+
+class StreamHolderTest : public testing::Test {
+ protected:
+  bool admits(std::uint8_t participant) { return holder_.admits(endpoint(participant), now_, 200ms); }
+
+  StreamHolder holder_;
+  Clock::time_point now_{10s};
+};
+
+TEST_F(StreamHolderTest, RefusesASecondParticipantWhileTheFirstWrites) {
+  EXPECT_TRUE(admits(1));
+  for (int i = 0; i < 100; ++i) {
+    now_ += 2ms;
+    EXPECT_FALSE(admits(2));
+    EXPECT_TRUE(admits(1));
+    EXPECT_EQ(holder_.take_challenger(), endpoint(2)) << "both write at one time";
+  }
+  EXPECT_TRUE(holder_.admits(endpoint(1, 9), now_, 200ms)) << "another writer of the same participant";
+}
+
+TEST_F(StreamHolderTest, GivesTheKeyToASuccessorAndReportsNone) {
+  ASSERT_TRUE(admits(1));
+  now_ += 150ms;
+  EXPECT_FALSE(admits(2)) << "the first one may be late";
+  now_ += 60ms;
+  EXPECT_TRUE(admits(2));
+  now_ += 10ms;
+  EXPECT_TRUE(admits(2));
+  EXPECT_EQ(holder_.take_challenger(), std::nullopt);
+  EXPECT_EQ(holder_.holder(), endpoint(2));
+}
+
+TEST(WriterChanges, ReportTwoWritersAndNoFailover) {
+  WriterChanges changes;
+  Clock::time_point now{10s};
+  EXPECT_FALSE(changes.note(endpoint(1), now));
+  EXPECT_FALSE(changes.note(endpoint(2), now)) << "a failover";
+  bool reported = false;
+  for (int i = 0; i < 20; ++i) {
+    now += 10ms;
+    reported = changes.note(endpoint(static_cast<std::uint8_t>(1 + i % 2)), now);
+  }
+  EXPECT_TRUE(reported);
+  now += 2s;
+  EXPECT_FALSE(changes.note(endpoint(1), now)) << "one of them has left";
+}
+
+TEST(SampleRate, AdmitsAsManyAsAllowedInASecond) {
+  SampleRate rate;
+  Clock::time_point now{10s};
+  int admitted = 0;
+  for (int i = 0; i < 1000; ++i) admitted += rate.admits(now, 10) ? 1 : 0;
+  EXPECT_EQ(admitted, 10);
+  EXPECT_TRUE(rate.admits(now + 1100ms, 10));
+  EXPECT_TRUE(SampleRate().admits(now, 0)) << "no limit";
+}
+
+TEST(RefusalLog, CountsBySenderAndForgetsTheQuietest) {
+  RefusalLog log;
+  Clock::time_point now{10s};
+  log.found(endpoint(1, 0), "intru\x1B[31mder", "10.0.0.9");
+  for (int i = 0; i < 3; ++i)
+    log.note({.topic = "ArmCommand", .sender = endpoint(1), .text = "q[0] = nan", .last = now});
+  for (int i = 2; i < 200; ++i) {
+    now += 1ms;
+    log.note({.topic = "Goal", .sender = endpoint(static_cast<std::uint8_t>(i)), .text = "x", .last = now});
+    log.note({.topic = "ArmCommand", .sender = endpoint(1), .text = std::string(5000, '\xC3'), .last = now});
+  }
+  const auto recent = log.recent(Clock::time_point(10s), 500);
+  EXPECT_LE(recent.size(), RefusalLog::kSenders);
+  const auto first =
+      std::find_if(recent.begin(), recent.end(), [](const auto& one) { return one.sender == endpoint(1); });
+  ASSERT_NE(first, recent.end());
+  EXPECT_EQ(first->count, 3U + 198U);
+  EXPECT_EQ(first->node, "intru?[31mder");
+  EXPECT_EQ(first->address, "10.0.0.9");
+  EXPECT_EQ(first->text, std::string(RefusalLog::kLongestText, '?'));
+  EXPECT_TRUE(log.recent(now, 500).empty());
+}
+
+}  // namespace
+}  // namespace hecaton::bus

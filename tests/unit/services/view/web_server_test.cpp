@@ -1,0 +1,135 @@
+#include "services/view/web_server.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/services/view/web_client.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using test::request;
+using test::WebSocketClient;
+namespace http = boost::beast::http;
+
+class WebServerTest : public testing::Test {
+ protected:
+  static WebServerOptions options() {
+    WebServerOptions options;
+    options.file = [](std::string_view path) -> std::optional<WebFile> {
+      if (path != "/page.js") return std::nullopt;
+      return WebFile{"text/javascript", std::make_shared<const std::string>("let x;")};
+    };
+    return options;
+  }
+  WebServer server_{options()};
+};
+
+std::string status_of(const std::function<void()>& refused) {
+  try {
+    refused();
+  } catch (const boost::system::system_error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST_F(WebServerTest, ServesFilesOnly) {
+  const auto file = request(server_.port(), "/page.js?v=1");
+  EXPECT_EQ(file.result(), http::status::ok);
+  EXPECT_EQ(file.body(), "let x;");
+  EXPECT_EQ(file[http::field::content_type], "text/javascript");
+  const auto head = request(server_.port(), "/page.js", http::verb::head);
+  EXPECT_EQ(head[http::field::content_length], "6");
+  EXPECT_EQ(request(server_.port(), "/../etc/passwd").result(), http::status::not_found);
+  EXPECT_EQ(request(server_.port(), "/page.js", http::verb::post).result(), http::status::method_not_allowed);
+  EXPECT_EQ(request(server_.port(), "/live").result(), http::status::upgrade_required);
+}
+
+TEST_F(WebServerTest, RefusesNamesOfOtherSites) {
+  const auto status = [&](const std::string& host) {
+    return request(server_.port(), "/page.js", http::verb::get, host).result();
+  };
+  EXPECT_EQ(status("127.0.0.1:8042"), http::status::ok);
+  EXPECT_EQ(status("localhost:8042"), http::status::ok);
+  EXPECT_EQ(status("evil.example:8042"), http::status::forbidden) << "a name that resolves to this machine";
+  EXPECT_EQ(status("127.0.0.1.evil.example"), http::status::forbidden);
+  const std::uint16_t port = server_.port();
+  EXPECT_EQ(status_of([port] { WebSocketClient(port, "http://evil.example"); }),
+            "The WebSocket handshake was declined by the remote peer");
+  EXPECT_EQ(status_of([port] { WebSocketClient(port, "", "evil.example"); }),
+            "The WebSocket handshake was declined by the remote peer");
+  EXPECT_EQ(status_of([port] { WebSocketClient(port, "http://localhost"); }), "accepted");
+}
+
+TEST_F(WebServerTest, SaysWhyItCannotListen) {
+  WebServerOptions taken = options();
+  taken.port = server_.port();
+  try {
+    const WebServer second(taken);
+    ADD_FAILURE() << "two servers at one port";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(),
+              "the page cannot listen on 127.0.0.1:" + std::to_string(server_.port()) + ": Address already in use");
+  }
+}
+
+TEST_F(WebServerTest, GivesLateClientsTheNewestOfEachChannel) {
+  server_.publish(Channel::kCell, "cell");
+  server_.publish(Channel::kFrame, "frame 1");
+  server_.publish(Channel::kFrame, "frame 2");
+  WebSocketClient client(server_.port());
+  EXPECT_EQ(client.read(), "cell");
+  EXPECT_EQ(client.read(), "frame 2");
+  server_.publish(Channel::kStatus, "status");
+  EXPECT_EQ(client.read(), "status");
+}
+
+TEST_F(WebServerTest, KeepsOnlyTheNewestStateForASlowClient) {
+  WebSocketClient slow(server_.port());
+  WebSocketClient quick(server_.port());
+  server_.publish(Channel::kCell, "begin");
+  EXPECT_EQ(slow.read(), "begin");
+  EXPECT_EQ(quick.read(), "begin");
+  constexpr int kStates = 400;
+  const std::string padding(100'000, '.');
+  // Each waits until the quick client has it: the slow one reads nothing meanwhile.
+  for (int i = 0; i < kStates; ++i) {
+    server_.publish(Channel::kFrame, std::to_string(i) + padding);
+    ASSERT_EQ(std::stoi(quick.read()), i);
+  }
+  EXPECT_GT(server_.skipped(), 0U);
+  int received = 0;
+  int last = -1;
+  while (last != kStates - 1) {
+    const int number = std::stoi(slow.read());
+    ASSERT_GT(number, last) << "states arrive in order";
+    last = number;
+    ++received;
+  }
+  EXPECT_LT(received, kStates / 2) << "40 MB do not fit into the buffers of a socket";
+}
+
+TEST_F(WebServerTest, DropsClientsThatLeaveOrSendTooMuch) {
+  {
+    WebSocketClient leaves(server_.port());
+    WebSocketClient talks(server_.port());
+    server_.publish(Channel::kCell, "cell");
+    EXPECT_EQ(leaves.read(), "cell");
+    EXPECT_EQ(talks.read(), "cell");
+    EXPECT_EQ(server_.clients(), 2);
+    talks.write("orders are not read");
+    talks.write(std::string(5000, 'x'));
+    EXPECT_THROW(static_cast<void>(talks.read()), boost::system::system_error);
+  }
+  WebSocketClient stays(server_.port());
+  EXPECT_EQ(stays.read(), "cell");
+  // The server notices the end of a connection when it reads or writes next.
+  for (int i = 0; server_.clients() > 1 && i < 1000; ++i) {
+    server_.publish(Channel::kCell, std::to_string(i));
+    EXPECT_EQ(stays.read(), std::to_string(i));
+  }
+  EXPECT_EQ(server_.clients(), 1);
+}
+
+}  // namespace
+}  // namespace hecaton::services
