@@ -135,7 +135,7 @@ def damper():
     figure = Figure("Allowed approach speed against distance", (0, 0.4), (-0.2, 1.2), "distance d [m]", "allowed approach speed f(d − dₛ) [m/s]", height=340, legend=(150, 190))
     for x, name in ((SECURITY, "dₛ"), (INFLUENCE, "dᵢ")):
         figure.line([(x, -0.2), (x, 1.2)], GREY, 1, "4 3")
-        figure.text(x, -0.2, name, GREY, dx=4, dy=-6)
+        figure.text(x, 1.2, name, GREY, dx=4, dy=14)
     figure.line([(0, 0), (0.4, 0)], GREY, 0.8)
     figure.line([(0, SPEED), (0.4, SPEED)], GREY, 1, "4 3")
     figure.text(0, SPEED, "ξ", GREY, dx=4, dy=-5)
