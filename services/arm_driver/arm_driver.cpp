@@ -33,12 +33,6 @@ ArmControlSetup control_setup(const config::CellFile& file, int arm, const devic
   return setup;
 }
 
-/// The supervisor holds the arm because of a fault of its device.
-bool holds_for_device(const CellModeView& mode, const std::string& arm) {
-  const msg::ArmOrder* own = mode.heard() ? order_in(mode.mode(), arm) : nullptr;
-  return own && own->cause().kind() == msg::CauseKind::CAUSE_HELD_BY_FAULT && own->cause().subject() == arm;
-}
-
 device::DeviceOrder device_order(msg::DeviceOrder order) {
   switch (order) {
     case msg::DeviceOrder::DEVICE_POWER_ON:
@@ -123,7 +117,8 @@ void ArmDriver::receive() {
   control_.observe_lease(modes_.view().lease(name_));
   const bool supervised = modes_.view().heard() && loop_.now() - modes_.view().received() <= kSupervised;
   control_.set_granted(supervised ? std::optional(modes_.view().lease(name_).term) : std::nullopt);
-  control_.set_hold(hold_of(modes_.view(), name_), holds_for_device(modes_.view(), name_));
+  const CellModeView& mode = modes_.view();
+  control_.set_hold(hold_of(mode, name_), mode.heard() && is_held_for_device(mode.mode(), name_));
   for (const auto& sample : readers_.commands.take()) {
     // A command that waited here while this process was stopped is out of date.
     const bool current = sample.age(loop_.now()) <= command_timeout_;

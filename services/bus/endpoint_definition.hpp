@@ -151,6 +151,13 @@ template <class T>
 EndpointId Writer<T>::id() const {
   return impl_->id();
 }
+template <class T>
+std::string Writer<T>::refusal_of(const T& sample) {
+  const TopicRule* rule = rule_of<T>();
+  if (!rule) return {};
+  const std::string bytes = GuardedType<T>().bytes_of(sample);
+  return check_sample(*rule, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}).refusal;
+}
 
 template <class T>
 struct Reader<T>::Impl : ReaderBase {

@@ -17,13 +17,23 @@
 namespace hecaton::services::cli {
 namespace {
 
-/// Resuming the cell does not resume arms that were stopped by name.
-void print_stopped(const msg::CellMode& mode) {
-  std::string names;
-  for (const std::string& arm : arms_on(mode, msg::Mode::MODE_STOP)) names += " " + arm;
-  if (names.empty()) return;
-  std::fprintf(stderr, "arms stopped by name stay stopped:%s; resume them with 'hecaton resume%s'\n", names.c_str(),
-               names.c_str());
+/// Resuming the cell does not resume arms that were stopped by name, or are held for a fault of their device.
+void print_unresumed(const msg::CellMode& mode) {
+  std::string stopped;
+  std::string failed;
+  for (const msg::ArmOrder& order : mode.arms()) {
+    if (is_for_device(order.cause(), order.arm())) {
+      failed += " " + order.arm();
+    } else if (order.mode() == msg::Mode::MODE_STOP) {
+      stopped += " " + order.arm();
+    }
+  }
+  const auto print_to_stderr = [](const char* what, const std::string& names) {
+    if (names.empty()) return;
+    std::fprintf(stderr, "%s:%s; resume them with 'hecaton resume%s'\n", what, names.c_str(), names.c_str());
+  };
+  print_to_stderr("arms stopped by name stay stopped", stopped);
+  print_to_stderr("arms with a fault of their device stay held", failed);
 }
 
 bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm) {
@@ -106,7 +116,7 @@ ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<
     print(settings, to_json(reply.status().mode()), mode_text(reply.status(), Palette::for_stream(stdout)));
     return ExitCode::kDone;
   }
-  if (arms.empty()) print_stopped(reply.status().mode());
+  if (arms.empty()) print_unresumed(reply.status().mode());
   print_resumed(settings, await_release(settings, arms), arms);
   return ExitCode::kDone;
 }
@@ -127,7 +137,7 @@ void add_mode_commands(CLI::App& app, Session& session) {
   add_mode(app, session, "hold", "Brakes the cell or some arms; goals are kept until resume",
            msg::RequestKind::REQUEST_HOLD);
   add_mode(app, session, "resume",
-           "Lets the cell or some arms move again; arms that were stopped by name must be named",
+           "Lets the cell or some arms move again; arms that were stopped by name or by their device must be named",
            msg::RequestKind::REQUEST_RESUME);
   add_mode(app, session, "stop", "Brakes the cell or some arms and latches it until resume",
            msg::RequestKind::REQUEST_STOP);

@@ -52,6 +52,13 @@ bus::Participant visit(const config::CellFile& file, int domain) {
   return {domain, kNodeName, participant};
 }
 
+/// Throws InvalidArgument when the receivers would refuse the message.
+template <class T>
+void require_acceptable(const T& message) {
+  const std::string refusal = bus::Writer<T>::refusal_of(message);
+  if (!refusal.empty()) throw InvalidArgument(std::string(bus::Topic<T>::kInfo.type) + ": " + refusal);
+}
+
 }  // namespace
 
 Clock::time_point deadline_of(Seconds limit) {
@@ -276,6 +283,7 @@ std::vector<Reply> Connection::call(Channel<Request, Reply>& channel, Request re
     channel.awaited[request.request_id()];
   }
   request.client(name_);
+  require_acceptable(request);
   const auto replies = [&] {
     const Lock lock(mutex_);
     return channel.awaited.at(request.request_id());
@@ -385,6 +393,7 @@ std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
   goal.goal(name_ + "/" + std::to_string(++numbers_));
   goal.sequence_number(++numbers_);
   goal.stamp_ns(services::stamp_now());
+  require_acceptable(goal);
   auto record = std::make_shared<GoalRecord>();
   record->goal = goal;
   record->sent = Clock::now();

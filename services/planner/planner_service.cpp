@@ -10,6 +10,7 @@
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/orders.hpp"
 #include "services/runtime/process_info.hpp"
 
 namespace hecaton::services {
@@ -226,9 +227,7 @@ void PlannerService::handle_goals(Clock::time_point now) {
   for (const GoalAnswer& answer : resolver_.answers()) goals_.answer(answer, now);
 
   if (!failover_.in_charge()) goals_.restart_waits(now);
-  // A person resumes the arm, and does not know the goal that it had then.
-  const auto& own = planner_.own_arm();
-  if (failover_.in_charge() && own && device_fault(own->cause.kind())) goals_.end_all(own->cause, now);
+  end_goals_of_failed_device(now);
   if (failover_.in_charge() && stalled_.resolver) {
     goals_.reject_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *stalled_.resolver));
   }
@@ -237,6 +236,20 @@ void PlannerService::handle_goals(Clock::time_point now) {
   } else if (const auto goal = goals_.next_to_resolve()) {
     resolver_.ask(planner_.question(*goal, now));
   }
+}
+
+// A person resumes the arm, and does not know the goal that it had then. The driver reports a short fault for some
+// periods only, which a planner that stands still meanwhile does not receive; the hold lasts. Goals that are sent during
+// the hold stay.
+void PlannerService::end_goals_of_failed_device(Clock::time_point now) {
+  if (!failover_.in_charge()) return;
+  const auto& own = planner_.own_arm();
+  if (own && device_fault(own->cause.kind())) goals_.end_all(own->cause, now);
+  const CellModeView& mode = modes_.view();
+  if (!mode.heard()) return;
+  const bool held = is_held_for_device(mode.mode(), planner_.name());
+  if (held && !held_for_device_) goals_.end_all(order_in(mode.mode(), planner_.name())->cause(), now);
+  held_for_device_ = held;
 }
 
 void PlannerService::plan(Clock::time_point now) {

@@ -123,6 +123,7 @@ class PlannerService {
   void run_period(Clock::time_point now);
   void check_threads(Clock::time_point now);
   void handle_goals(Clock::time_point now);
+  void end_goals_of_failed_device(Clock::time_point now);
   void plan(Clock::time_point now);
   void send_command(Clock::time_point now);
   void publish_statuses(Clock::time_point now);
@@ -141,6 +142,7 @@ class PlannerService {
   SearchThreads searches_;
   ProgressReporter reporter_;
   std::optional<msg::Cause> hold_;  ///< why the arm must not move
+  bool held_for_device_ = false;    ///< in the last period
   StalledThreads stalled_;
 };
 

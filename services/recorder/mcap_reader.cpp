@@ -96,6 +96,7 @@ class Reading {
     if (!read(kMagic.size(), magic) || !std::equal(magic.begin(), magic.end(), kMagic.begin())) {
       throw RecordingError(path_ + " is no MCAP file; name a file that `hecaton record` has written");
     }
+    take_descriptions_of_summary();
     while (std::optional<Record> record = next()) {
       if (is(record->opcode, Opcode::kFooter)) {
         end(*record);
@@ -126,6 +127,48 @@ class Reading {
     at_ += size;
     crc_ = crc32_of(bytes, crc_);
     return true;
+  }
+
+  /// Schemas and channels stand in a chunk, and again in the summary of a whole file: so the loss of that chunk is no
+  /// loss of later messages. Takes nothing from a file without a sound summary.
+  void take_descriptions_of_summary() {
+    constexpr std::uint64_t kFooter = kRecordHead + 20;
+    const std::uint64_t begin = at_;
+    try {
+      if (report_.bytes < begin + kFooter + kMagic.size()) return;
+      const std::uint64_t footer_at = report_.bytes - kMagic.size() - kFooter;
+      const Bytes end = read_at(footer_at, kFooter + kMagic.size());
+      ByteReader footer(ByteSpan(end).subspan(kRecordHead));
+      const auto start = footer.number<std::uint64_t>();
+      static_cast<void>(footer.number<std::uint64_t>());
+      const auto crc = footer.number<std::uint32_t>();
+      const bool has_footer =
+          is(end.front(), Opcode::kFooter) && std::equal(kMagic.rbegin(), kMagic.rend(), end.rbegin());
+      if (has_footer && start >= begin && start < footer_at && footer_at - start <= kLargestPart) {
+        const Bytes summary = read_at(start, footer_at - start);
+        if (crc32_of(ByteSpan(end).first(kFooter - 4), crc32_of(summary)) == crc) take_descriptions(summary);
+      }
+    } catch (const std::out_of_range&) {
+      // What was read until then has the CRC of the summary.
+    }
+    file_.clear();
+    file_.seekg(static_cast<std::streamoff>(begin));
+  }
+
+  /// Throws std::out_of_range when the file has become shorter.
+  Bytes read_at(std::uint64_t at, std::uint64_t size) {
+    Bytes bytes(static_cast<std::size_t>(size));
+    file_.seekg(static_cast<std::streamoff>(at));
+    file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+    if (static_cast<std::uint64_t>(file_.gcount()) != size) throw std::out_of_range("the file has become shorter");
+    return bytes;
+  }
+
+  void take_descriptions(ByteSpan records) {
+    for_each_record(records, [&](std::uint8_t opcode, ByteSpan body) {
+      if (is(opcode, Opcode::kSchema)) take_schema(body);
+      if (is(opcode, Opcode::kChannel)) take_channel(body);
+    });
   }
 
   /// The next record; empty at the end of the file, and when the record is not whole.
@@ -211,9 +254,8 @@ class Reading {
       return;
     }
     ++report_.chunks;
+    take_descriptions(*chunk.records);
     for_each_record(*chunk.records, [&](std::uint8_t opcode, ByteSpan body) {
-      if (is(opcode, Opcode::kSchema)) take_schema(body);
-      if (is(opcode, Opcode::kChannel)) take_channel(body);
       if (is(opcode, Opcode::kMessage)) take_message(body, record.at);
     });
   }

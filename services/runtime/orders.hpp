@@ -62,6 +62,17 @@ struct Orders {
   return found == mode.arms().end() ? nullptr : &*found;
 }
 
+/// True when `cause` holds `arm` for a fault of its own device. Such a fault has the arm as its subject.
+[[nodiscard]] inline bool is_for_device(const msg::Cause& cause, std::string_view arm) {
+  return cause.kind() == msg::CauseKind::CAUSE_HELD_BY_FAULT && cause.subject() == arm;
+}
+
+/// True while a fault of the arm's own device holds it, or its hold waits for a person.
+[[nodiscard]] inline bool is_held_for_device(const msg::CellMode& mode, std::string_view arm) {
+  const msg::ArmOrder* own = order_in(mode, arm);
+  return own && is_for_device(own->cause(), arm);
+}
+
 /// The arms whose own order is exactly `what`, in the order of the cell file.
 [[nodiscard]] inline std::vector<std::string> arms_on(const msg::CellMode& mode, msg::Mode what) {
   std::vector<std::string> names;

@@ -55,7 +55,9 @@ msg::Cause CellModeState::resume(const std::vector<std::string>& arms) {
   if (!is_none(refusal)) return refusal;
   if (arms.empty()) {
     orders_.cell = msg::Mode::MODE_RUN;
-    std::erase_if(orders_.arms, [](const auto& order) { return order.second != msg::Mode::MODE_STOP; });
+    std::erase_if(orders_.arms, [&](const auto& order) {
+      return order.second != msg::Mode::MODE_STOP && !is_for_device(order_cause(order.first), order.first);
+    });
     std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == msg::Mode::MODE_RUN; });
     return refusal;
   }
@@ -63,6 +65,12 @@ msg::Cause CellModeState::resume(const std::vector<std::string>& arms) {
     const std::string mode(mode_name(orders_.cell));
     return make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, {},
                       "the whole cell is on " + mode + ": resume the cell, then " + mode + " single arms if needed");
+  }
+  for (const std::string& arm : arms) {
+    const auto held = automatic_.arms.find(arm);
+    if (held == automatic_.arms.end() || !is_for_device(held->second, arm)) continue;
+    return make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, arm,
+                      "the fault of its device lasts, so that no arm was resumed: " + held->second.text());
   }
   for (const std::string& arm : arms) {
     orders_.arms.erase(arm);

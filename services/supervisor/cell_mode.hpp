@@ -33,9 +33,9 @@ class CellModeState {
   /// nothing has changed.
   [[nodiscard]] msg::Cause hold(const std::vector<std::string>& arms) { return order(arms, msg::Mode::MODE_HOLD); }
   [[nodiscard]] msg::Cause stop(const std::vector<std::string>& arms) { return order(arms, msg::Mode::MODE_STOP); }
-  /// Of the whole cell: withdraws its order and the holds of arms. An arm that was stopped by name stays stopped until
-  /// it is resumed by name, because a person may stand beside it. Of arms: refused while the whole cell is under an
-  /// order.
+  /// Of the whole cell: withdraws its order and the holds of arms. An arm that was stopped by name, or that is held for
+  /// a fault of its device, must be resumed by name, because a person may stand beside it. Of arms: refused while the
+  /// whole cell is under an order, and while the fault of a device lasts.
   [[nodiscard]] msg::Cause resume(const std::vector<std::string>& arms);
 
   /// Orders hold for a fault that waits for resume. `arm` empty: the whole cell.

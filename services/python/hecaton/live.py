@@ -261,7 +261,7 @@ class Cell:
         return self._link.session.hold(_names(arms), timeout)
 
     def resume(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
-        """Ends hold and stop. Arms that were stopped by name must be resumed by name."""
+        """Ends hold and stop. Arms that were stopped by name or by their device must be resumed by name."""
         return self._link.session.resume(_names(arms), timeout)
 
     def stop(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:

@@ -58,6 +58,10 @@ TEST_F(ClientTest, ReportsRejectedGoalsAndUnknownNames) {
   EXPECT_THROW(static_cast<void>(cell.world().remove("box", kPatience)), Rejected);
   const double nan = std::nan("");
   EXPECT_THROW(static_cast<void>(cell.arm("north").go_to({0.0, nan, 0.0, 0.0, 0.0, 0.0})), InvalidArgument);
+  // No node accepts such messages, so that they are refused here.
+  EXPECT_THROW(static_cast<void>(cell.arm("north").go_to({0.0, 1e9, 0.0, 0.0, 0.0, 0.0})), InvalidArgument);
+  EXPECT_THROW(static_cast<void>(cell.arm("north").go_to(std::string(300, 'x'))), InvalidArgument);
+  EXPECT_THROW(static_cast<void>(cell.world().remove(std::string(300, 'x'), kPatience)), InvalidArgument);
 }
 
 TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {

@@ -235,9 +235,9 @@ class HECATON_API Cell {
   [[nodiscard]] CellStatus status(const Wait& wait = kAnswerLimit) const;
 
   /// Orders for the whole cell. hold() brakes all arms and keeps their goals. stop() does the same and latches until
-  /// resume(). Arms that were stopped by name must be resumed by name. All return when the supervisor has carried the
-  /// order out. All throw Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when
-  /// several cells answer.
+  /// resume(). Arms that were stopped by name or by their device must be resumed by name; resume() of an arm is rejected
+  /// while the fault of its device lasts. All return when the supervisor has carried the order out. All throw Rejected,
+  /// Unreachable (the order was not carried out), Interrupted, and InvalidArgument when several cells answer.
   Receipt hold(const Wait& wait = kAnswerLimit) const;
   Receipt resume(const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop
   Receipt stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume

@@ -284,6 +284,22 @@ TEST(McapReader, FindsEachFlippedBitAndGivesNoWrongValue) {
   EXPECT_GT(read, 1000 * kMessages / 2);  // one chunk is lost, not the file
 }
 
+TEST(McapReader, LosesOnlyTheMessagesOfADamagedFirstChunk) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("a.mcap");
+  write_sample_file(path);
+  Bytes damaged = content(path);
+  std::uint64_t at = kMagic.size();
+  while (damaged[at] != static_cast<std::uint8_t>(Opcode::kChunk)) {
+    at += kRecordHead + ByteReader(ByteSpan(damaged).subspan(at + 1, 8)).number<std::uint64_t>();
+  }
+  damaged[at + kRecordHead + 60] ^= 1U;
+  put_content(folder.path("damaged.mcap"), damaged);
+  const McapReport report = read_checked(folder.path("damaged.mcap"));
+  EXPECT_EQ(report.messages, kMessages - kOfAChunk);
+  EXPECT_FALSE(report.whole());
+}
+
 TEST(McapReader, SurvivesRandomBytesBehindTheMagic) {
   const TemporaryFolder folder;
   std::mt19937 random(22);

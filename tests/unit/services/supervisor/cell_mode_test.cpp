@@ -66,6 +66,29 @@ TEST_F(CellModeStateTest, ResumesAnArmStoppedByNameOnlyByName) {
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
+TEST_F(CellModeStateTest, ResumesAnArmOnlyByNameAndOnlyAfterTheFaultOfItsDevice) {
+  const msg::Cause device = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "protective stop");
+  AutomaticHolds holds;
+  holds.arms["arm1"] = device;
+  mode_.set_automatic(holds);
+  mode_.hold_until_resumed("arm1", device);
+  mode_.hold_until_resumed("arm2", make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm2", "signal 9"));
+  EXPECT_TRUE(is_none(mode_.hold({"arm3"})));
+
+  EXPECT_EQ(mode_.resume({"arm3", "arm1"}),
+            make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, "arm1",
+                       "the fault of its device lasts, so that no arm was resumed: protective stop"));
+  EXPECT_EQ(mode_.mode_of("arm3"), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_HOLD), Names{"arm1"});
+  mode_.set_automatic({});
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_HOLD);
+  EXPECT_TRUE(is_held_for_device(mode_.decide(), "arm1"));
+  EXPECT_TRUE(is_none(mode_.resume({"arm1"})));
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
+}
+
 TEST_F(CellModeStateTest, RejectsAnUnknownArmWithoutAChange) {
   EXPECT_EQ(mode_.stop({"arm1", "arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.hold({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
