@@ -19,9 +19,7 @@ namespace hecaton::bus {
 
 /// Departures of a writer from its topic.
 struct WriterOptions {
-  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's
-  std::optional<std::chrono::milliseconds> lease;     ///< instead of the topic's
-  Mailbox* mailbox = nullptr;                         ///< gets events about readers; must outlive the writer
+  Mailbox* mailbox = nullptr;  ///< gets events about readers; must outlive the writer
 };
 
 /// True when the middleware has accepted the sample, which does not mean that a reader has received it. Otherwise
@@ -78,7 +76,7 @@ struct Sample {
 
 /// Departures of a reader from its topic.
 struct ReaderOptions {
-  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's; at least the writers'; 0: none
+  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
   std::optional<bool> conflate;
   std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
@@ -122,7 +120,6 @@ class Reader {
   [[nodiscard]] int matched() const;  ///< number of writers
   /// Blocks until so many writers are matched; false after the time-out.
   [[nodiscard]] bool wait_matched(int writers, Clock::duration timeout) const;
-  [[nodiscard]] int alive_writers() const;        ///< matched ones whose liveliness is not lost
   [[nodiscard]] ReaderCounters counters() const;  ///< a copy of now
 
  private:

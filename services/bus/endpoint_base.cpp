@@ -30,12 +30,9 @@ std::string explain(Outcome code, const TopicInfo& info) {
 WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const TopicInfo& info,
                        const dds::TypeSupport& type, const WriterOptions& options)
     : participant_(std::move(participant)), info_(info), type_(type), keyed_(has_key(type)), mailbox_(options.mailbox) {
-  Qos qos = info.qos;
-  qos.deadline = options.deadline.value_or(qos.deadline);
-  qos.lease = options.lease.value_or(qos.lease);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info, type_);
-  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(qos, keyed_), this);
+  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(info.qos, keyed_), this);
   if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
 }
 
@@ -117,12 +114,10 @@ ReaderBase::~ReaderBase() = default;
 
 void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options) {
   type_ = type;
-  Qos qos = info_.qos;
-  qos.deadline = options.deadline.value_or(qos.deadline);
-  deadline_ = qos.deadline;
+  deadline_ = options.deadline.value_or(info_.qos.deadline);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info_, type_);
-  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(qos, has_key(type_)), this);
+  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(info_.qos, has_key(type_)), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
   if (deadline_ > Clock::duration::zero()) participant_->monitor(*this);
 }
@@ -141,11 +136,6 @@ bool ReaderBase::wait_matched(int writers, Clock::duration timeout) const {
   return changed_.wait_for(lock, timeout, [&] { return matched_ >= writers; });
 }
 
-int ReaderBase::alive_writers() const {
-  const std::scoped_lock lock(mutex_);
-  return matched_ - static_cast<int>(silent_.size());
-}
-
 ReaderCounters ReaderBase::counters() const {
   const std::scoped_lock lock(mutex_);
   return counters_;
@@ -158,9 +148,6 @@ void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key)
   known.heard = Clock::now();
   if (std::exchange(known.missing, false) && deadline_ > Clock::duration::zero()) {
     participant_->check_by(known.heard + deadline_);
-  }
-  if (silent_.erase(known.writer) > 0) {
-    mailbox_->post({EventKind::kLivelinessGained, info_.name, key, known.writer, Clock::now()});
   }
 }
 
@@ -246,7 +233,6 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
     // A writer that has left is reported as lost; its keys then miss no deadlines.
     if (!found) {
       last_key = last_key_of(peer);
-      silent_.erase(peer);
       admission_.rates.erase(peer);
       std::erase_if(admission_.holders, [&](const auto& entry) { return entry.second.holder() == peer; });
       std::erase_if(keys_, [&](const auto& entry) { return entry.second.writer == peer; });
@@ -271,20 +257,6 @@ Clock::time_point ReaderBase::check(Clock::time_point now, Clock::time_point sin
     mailbox_->post({EventKind::kDeadlineMissed, info_.name, key.text, key.writer, now});
   }
   return next;
-}
-
-// A change during another callback is counted in the status's totals and missing from its changes. So the return of a
-// writer is detected from its samples instead.
-void ReaderBase::on_liveliness_changed(dds::DataReader*, const LivelinessChanged& status) {
-  Event event{EventKind::kLivelinessLost, info_.name, {}, endpoint_id(status.last_publication_handle), Clock::now()};
-  {
-    const std::scoped_lock lock(mutex_);
-    const int before = std::exchange(not_alive_, status.not_alive_count);
-    if (status.not_alive_count_change <= 0 && status.not_alive_count <= before) return;
-    if (!silent_.insert(event.peer).second) return;
-    event.key = last_key_of(event.peer);
-  }
-  mailbox_->post(std::move(event));
 }
 
 std::string ReaderBase::last_key_of(const EndpointId& writer) const {

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 
 #include "services/bus/endpoint.hpp"
@@ -61,7 +60,6 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   ReaderBase& operator=(const ReaderBase&) = delete;
 
   [[nodiscard]] int matched() const { return matched_; }
-  [[nodiscard]] int alive_writers() const;
   [[nodiscard]] bool wait_matched(int writers, Clock::duration timeout) const;
   [[nodiscard]] ReaderCounters counters() const;
   [[nodiscard]] Mailbox& mailbox() { return *mailbox_; }
@@ -94,12 +92,11 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
  private:
   void on_data_available(dds::DataReader* reader) override;
   void on_subscription_matched(dds::DataReader* reader, const dds::SubscriptionMatchedStatus& status) override;
-  void on_liveliness_changed(dds::DataReader* reader, const LivelinessChanged& status) override;
   void on_requested_incompatible_qos(dds::DataReader* reader,
                                      const dds::RequestedIncompatibleQosStatus& status) override;
 
-  /// Reports missed deadlines. Fast DDS reports them as well, but also for the time in which this process was stopped,
-  /// and for keys of writers that have left.
+  /// Reports missed deadlines. Those of Fast DDS cost a timer for each sample. They also count the time in which this
+  /// process was stopped, and keys of writers that have left.
   Clock::time_point check(Clock::time_point now, Clock::time_point since) override;
 
   /// A key that the writer wrote; empty when unknown.
@@ -132,8 +129,6 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   mutable std::condition_variable changed_;
   std::map<rtps::InstanceHandle_t, Key> keys_;  ///< the living ones
   Admission admission_;
-  std::set<EndpointId> silent_;  ///< matched writers whose liveliness is lost
-  int not_alive_ = 0;            ///< as Fast DDS counted last
 };
 
 }  // namespace hecaton::bus

@@ -263,10 +263,6 @@ bool Reader<T>::wait_matched(int writers, Clock::duration timeout) const {
   return impl_->wait_matched(writers, timeout);
 }
 template <class T>
-int Reader<T>::alive_writers() const {
-  return impl_->alive_writers();
-}
-template <class T>
 ReaderCounters Reader<T>::counters() const {
   return impl_->counters();
 }

@@ -57,7 +57,6 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 using Duration = dds::Duration_t;
 inline const Duration kInfinite = dds::c_TimeInfinite;
-using LivelinessChanged = dds::LivelinessChangedStatus;
 #else
 namespace rtps {
 using namespace eprosima::fastrtps::rtps;
@@ -65,7 +64,6 @@ using namespace eprosima::fastdds::rtps;
 }  // namespace rtps
 using Duration = eprosima::fastrtps::Duration_t;
 inline const Duration kInfinite = eprosima::fastrtps::c_TimeInfinite;
-using LivelinessChanged = eprosima::fastrtps::LivelinessChangedStatus;
 #endif
 
 /// Return codes, as the DDS specification numbers them.

@@ -28,8 +28,6 @@ enum class EventKind : std::uint8_t {
   kPeerMatched,       ///< a matching endpoint of the other direction was found
   kPeerLost,          ///< it left, or the lease of its participant expired
   kDeadlineMissed,    ///< no sample of `key` within the deadline; once until the next sample
-  kLivelinessLost,    ///< `peer` wrote nothing within its lease; `key` is one of its keys
-  kLivelinessGained,  ///< `peer` writes again
   kIncompatible,      ///< an endpoint of this topic was refused for its quality of service; `key` names the policy
   kParticipantFound,  ///< `key` is its name
   kParticipantLost,   ///< it left, or its lease expired; `key` is its name

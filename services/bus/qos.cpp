@@ -9,23 +9,15 @@ dds::DurabilityQosPolicyKind durability(bool keeps) {
   return keeps ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
 }
 
-Duration or_infinite(std::chrono::milliseconds value) {
-  return value.count() > 0 ? duration(value) : kInfinite;
-}
-
-/// What writers and readers have in common.
+/// What writers and readers have in common. Deadline and liveliness stay unset: with them, Fast DDS sets a timer anew
+/// for each sample at both ends, which wakes a thread each time. Readers watch deadlines themselves
+/// (ReaderBase::check).
 template <class EntityQos>
 void set_common(EntityQos& to, const Qos& qos, int depth, bool keyed) {
   to.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   to.reliability().max_blocking_time = duration(std::chrono::milliseconds(10));
   to.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   to.history().depth = depth;
-  to.deadline().period = or_infinite(qos.deadline);
-  if (qos.lease.count() > 0) {
-    to.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
-    to.liveliness().lease_duration = duration(qos.lease);
-    to.liveliness().announcement_period = duration(qos.lease / 2);
-  }
   auto& limits = to.resource_limits();
   limits.max_instances = keyed ? qos.instances : 1;
   limits.max_samples_per_instance = depth;
@@ -70,10 +62,6 @@ std::string policy_name(dds::QosPolicyId_t id) {
       return "reliability";
     case dds::DURABILITY_QOS_POLICY_ID:
       return "durability";
-    case dds::DEADLINE_QOS_POLICY_ID:
-      return "deadline";
-    case dds::LIVELINESS_QOS_POLICY_ID:
-      return "liveliness";
     case dds::OWNERSHIP_QOS_POLICY_ID:
       return "ownership";
     case dds::PARTITION_QOS_POLICY_ID:

@@ -15,7 +15,7 @@ namespace hecaton::bus {
 [[nodiscard]] dds::DataWriterQos writer_qos(const Qos& qos, bool keyed);
 [[nodiscard]] dds::DataReaderQos reader_qos(const Qos& qos, bool keyed);
 
-/// The name of the policy for which an endpoint was refused: "deadline".
+/// The name of the policy for which an endpoint was refused: "reliability".
 [[nodiscard]] std::string policy_name(dds::QosPolicyId_t id);
 
 }  // namespace hecaton::bus

@@ -18,8 +18,7 @@ struct Qos {
   bool transient_local = false;             ///< late joiners get the samples that the writer keeps
   int depth = 1;                            ///< number of samples kept for each key
   int reader_depth = 0;                     ///< the same of a reader, where writers compete for a key; 0: depth
-  std::chrono::milliseconds deadline{0};    ///< for each key; Fast DDS cuts off fractions of a millisecond
-  std::chrono::milliseconds lease{0};       ///< MANUAL_BY_TOPIC liveliness: only written samples count
+  std::chrono::milliseconds deadline{0};    ///< of a reader, for each key: longer silence is an event
   std::chrono::milliseconds heartbeat{20};  ///< of reliable writers with unacknowledged samples
   int instances = 512;                      ///< most keys at a time (Fast DDS has 10 by default)
   int retained = 0;                         ///< most living keys of a writer; a new one retires the oldest; 0: no limit
@@ -47,7 +46,7 @@ struct TopicInfo {
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
   TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms, .hold = 200ms)                 \
-  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .lease = 20ms, .heartbeat = 5ms)              \
+  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .heartbeat = 5ms)                             \
   TOPIC(DeviceRequest, "", "cli", "driver", .reliable = true, .depth = 32)                                             \
   TOPIC(DeviceReply, "", "driver", "cli", .reliable = true, .transient_local = true, .depth = 4)                       \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
@@ -63,12 +62,12 @@ struct TopicInfo {
   TOPIC(CoupledPlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                    \
   TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \
-  TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .lease = 100ms, .reports_writers = true)      \
+  TOPIC(Heartbeat, sample.node(), "all", "supervisor", .deadline = 20ms, .reports_writers = true)                      \
   TOPIC(Reachability, sample.host(), "agent", "agent supervisor", .hold = 200ms)                                       \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
   TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .reader_depth = 32,              \
-        .deadline = 100ms, .lease = 100ms, .heartbeat = 5ms, .reports_writers = true)                                  \
+        .deadline = 100ms, .heartbeat = 5ms, .reports_writers = true)                                                  \
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \

@@ -47,21 +47,11 @@ std::uint64_t resident_bytes() {
   return statm ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-bus::WriterOptions writer_options(const HeartbeatTiming& timing) {
-  bus::WriterOptions options;
-  options.deadline = timing.deadline;
-  options.lease = timing.lease;
-  return options;
-}
-
 }  // namespace
 
 struct HeartbeatPublisher::Impl {
   Impl(bus::Participant& its_participant, NodeIdentity identity, const HeartbeatTiming& timing)
-      : participant(its_participant),
-        period(timing.period),
-        heartbeat_fd(timing.heartbeat_fd),
-        writer(participant, writer_options(timing)) {
+      : participant(its_participant), period(timing.period), heartbeat_fd(timing.heartbeat_fd), writer(participant) {
     sample.node(identity.node);
     sample.kind(identity.kind);
     sample.subject(identity.subject);

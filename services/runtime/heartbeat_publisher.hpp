@@ -22,9 +22,7 @@ struct NodeIdentity {
 
 struct HeartbeatTiming {
   std::chrono::nanoseconds period = std::chrono::milliseconds(10);
-  std::chrono::milliseconds deadline{20};  ///< offered to readers
-  std::chrono::milliseconds lease{100};    ///< liveliness lease of the writer
-  int heartbeat_fd = -1;                   ///< a socket to the agent, see ServiceOptions; −1: none
+  int heartbeat_fd = -1;  ///< a socket to the agent, see ServiceOptions; −1: none
 };
 
 /// The part of a heartbeat that the service fills in each time.

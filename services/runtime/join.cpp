@@ -142,12 +142,7 @@ bus::Participant make_participant(const config::CellFile& file, const ServiceOpt
 }
 
 HeartbeatTiming heartbeat_timing(const config::CellFile& file, const ServiceOptions& options) {
-  constexpr bus::Qos kRow = bus::Topic<msg::Heartbeat>::kInfo.qos;
-  const auto at_most = [](std::chrono::nanoseconds wanted, std::chrono::milliseconds limit) {
-    return std::min(std::chrono::ceil<std::chrono::milliseconds>(wanted), limit);
-  };
-  return {file.supervision.heartbeat_period, at_most(file.supervision.heartbeat_deadline, kRow.deadline),
-          at_most(file.supervision.host_lease, kRow.lease), options.heartbeat_fd};
+  return {file.supervision.heartbeat_period, options.heartbeat_fd};
 }
 
 int find_arm(const config::CellFile& file, const std::string& name) {

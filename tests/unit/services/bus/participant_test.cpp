@@ -228,25 +228,6 @@ TEST(Participant, ReceivesFromASuccessorOfAParticipantThatLeftUnannounced) {
   }
 }
 
-TEST(Participant, ReportsThePolicyOfAReaderWithTooShortADeadline) {
-  const test::FreeDomain domain;
-  Participant here(domain.number(), "here", one_host());
-  Participant there(domain.number(), "there", one_host());
-  ReaderOptions strict;
-  strict.deadline = 5ms;  // the topic offers 20 ms
-  Reader<msg::ArmState> reader(there, nullptr, strict);
-  const Writer<msg::ArmState> writer(here);
-  std::string policy;
-  ASSERT_TRUE(wait_until(reader, [&] {
-    for (const auto& event : reader.mailbox().take_events()) {
-      if (event.kind == EventKind::kIncompatible) policy = event.key;
-    }
-    return !policy.empty();
-  }));
-  EXPECT_EQ(policy, "deadline");
-  EXPECT_EQ(reader.matched(), 0);
-}
-
 TEST(Participant, LivesAsLongAsItsEndpoints) {
   const test::FreeDomain domain;
   auto participant = std::make_unique<Participant>(domain.number(), "brief", one_host());

@@ -1,4 +1,4 @@
-// Deadlines, liveliness and ownership inside one process; tests/cell/bus has their multi-process counterparts.
+// Deadlines and ownership inside one process; tests/cell/bus has their multi-process counterparts.
 #include <algorithm>
 #include <functional>
 #include <set>
@@ -169,11 +169,9 @@ class SecondDeadline : public BusTest {
     constexpr auto kDeadline = 300ms;
     ReaderOptions reader_options;
     reader_options.deadline = kDeadline;
-    WriterOptions writer_options;
-    writer_options.deadline = kDeadline;
     Participant other(domain_.number(), "other", one_host());
-    first_ = std::make_unique<Writer<msg::ArmState>>(here_, writer_options);
-    Writer<msg::ArmState> second(other, writer_options);
+    first_ = std::make_unique<Writer<msg::ArmState>>(here_);
+    Writer<msg::ArmState> second(other);
     Reader<msg::ArmState> reader(there_, nullptr, reader_options);
     ASSERT_TRUE(reader.wait_matched(2, kPatience));
     ASSERT_TRUE(first_->wait_matched(1, kPatience));
@@ -203,29 +201,6 @@ TEST_F(SecondDeadline, IsReportedWhenTheFirstWriterLeaves) {
 
 TEST_F(SecondDeadline, IsReportedWhenTheFirstKeyIsSilent) {
   expect_second_reported([](auto&) {});
-}
-
-// Only a written sample of a best-effort writer asserts its liveliness, also after a loss.
-TEST_F(Timing, LosesLivelinessInSilenceAndRegainsItByASample) {
-  Writer<msg::Heartbeat> writer(here_);
-  Reader<msg::Heartbeat> reader(there_);
-  expect_matched(writer, reader);
-  msg::Heartbeat heartbeat;
-  heartbeat.node("planner1");
-  Seen seen;
-  ASSERT_TRUE(wait_until(reader, [&] { return writer.write(heartbeat) && reader.latest("planner1") != nullptr; }));
-  ASSERT_TRUE(wait_until(reader, [&] {
-    seen.collect(reader.mailbox());
-    return seen.count(EventKind::kLivelinessLost, "planner1") == 1;
-  }));
-  EXPECT_EQ(reader.alive_writers(), 0);
-  EXPECT_EQ(reader.matched(), 1) << "silent, not gone";
-  seen.events.clear();
-  ASSERT_TRUE(wait_until(reader, [&] {
-    seen.collect(reader.mailbox());
-    return writer.write(heartbeat) && seen.count(EventKind::kLivelinessGained, "planner1") >= 1;
-  }));
-  EXPECT_EQ(reader.alive_writers(), 1);
 }
 
 // A writer of greater strength, or a busy one, must not hide another one.
