@@ -8,13 +8,14 @@ import sys
 from typing import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 import hecaton
 
 PREFIX = "seen_"
 
 
-def frames(count: int) -> Iterator[dict[int, np.ndarray]]:
+def frames(count: int) -> Iterator[dict[int, NDArray[np.float64]]]:
     """A box that drives past the cell, and a cone that is there half of the time."""
     random = np.random.default_rng(1)
     box = random.uniform(-0.1, 0.1, size=(400, 3))
@@ -34,7 +35,7 @@ class SeenObstacles:
         self._world = world
         self._known: set[str] = set()
 
-    def update(self, clouds: dict[int, np.ndarray]) -> None:
+    def update(self, clouds: dict[int, NDArray[np.float64]]) -> None:
         seen = {f"{PREFIX}{identifier}": points for identifier, points in clouds.items()}
         for name in self._known - seen.keys():
             self._world.remove(name)

@@ -7,18 +7,20 @@ import collections
 import sys
 
 import numpy as np
+from numpy.typing import NDArray
 
 import hecaton
 
 
-def draw(model: hecaton.ArmModel, random: np.random.Generator) -> np.ndarray:
+def draw(model: hecaton.ArmModel, random: np.random.Generator) -> NDArray[np.float64]:
     """Joint positions around the start, within the limits."""
     limits, start = model.limits, model.start
     q = start + random.uniform(-0.5, 0.5, size=start.shape)
-    return np.clip(q, np.maximum(limits.lower, -10), np.minimum(limits.upper, 10))
+    inside: NDArray[np.float64] = np.clip(q, np.maximum(limits.lower, -10), np.minimum(limits.upper, 10))
+    return inside
 
 
-async def work(arm: hecaton.Arm, model: hecaton.ArmModel, goals: int, random: np.random.Generator) -> list:
+async def work(arm: hecaton.Arm, model: hecaton.ArmModel, goals: int, random: np.random.Generator) -> list[hecaton.Outcome]:
     """Gives one arm its goals, one after the other: the outcomes."""
     outcomes = []
     for _ in range(goals):
@@ -26,17 +28,16 @@ async def work(arm: hecaton.Arm, model: hecaton.ArmModel, goals: int, random: np
     return outcomes
 
 
-async def all_arms(cell: hecaton.Cell, file: hecaton.CellFile, goals: int) -> list:
+async def all_arms(cell: hecaton.Cell, file: hecaton.CellFile, goals: int) -> list[hecaton.Outcome]:
     arms = cell.arms()
     share = [goals // len(arms) + (i < goals % len(arms)) for i in range(len(arms))]
-    random = np.random.default_rng(7).spawn(len(arms)) if hasattr(np.random.Generator, "spawn") else [
-        np.random.default_rng(7 + i) for i in range(len(arms))]
+    random = [np.random.default_rng(7 + i) for i in range(len(arms))]
     groups = await asyncio.gather(*(work(arm, file.arm(arm.name), n, generator)
                                     for arm, n, generator in zip(arms, share, random)))
     return [outcome for group in groups for outcome in group]
 
 
-def plot(outcomes: list, path: str) -> None:
+def plot(outcomes: list[hecaton.Outcome], path: str) -> None:
     try:
         import matplotlib
     except ModuleNotFoundError:
@@ -46,7 +47,7 @@ def plot(outcomes: list, path: str) -> None:
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots()
-    axes.hist([outcome.progress.elapsed for outcome in outcomes if outcome], bins=20)
+    axes.hist([outcome.progress.elapsed for outcome in outcomes if outcome and outcome.progress], bins=20)
     axes.set(xlabel="time to the goal [s]", ylabel="goals")
     figure.savefig(path)
     print(f"plot in {path}")
@@ -66,7 +67,7 @@ def main() -> int:
         print(f"{error.kind}: {error}", file=sys.stderr)
         return 1
     counts = collections.Counter(outcome.kind for outcome in outcomes)
-    times = np.array([outcome.progress.elapsed for outcome in outcomes if outcome])
+    times = np.array([outcome.progress.elapsed for outcome in outcomes if outcome and outcome.progress])
     print(f"{len(outcomes)} goals: " + ", ".join(f"{count} {kind}" for kind, count in counts.most_common()))
     if len(times) > 0:
         print(f"median {np.median(times):.2f} s, longest {times.max():.2f} s")

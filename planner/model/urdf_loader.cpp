@@ -63,7 +63,7 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& path, const std::string& 
     reason = error.what();
   }
   if (model == nullptr || model->getRoot() == nullptr) {
-    throw ModelError(path + ": urdfdom refuses this URDF: " + in_quotes(messages.text() + reason));
+    throw ModelError(path + ": urdfdom refuses this URDF: " + in_quotes(messages.text() + reason, kLongestReason));
   }
   return model;
 }

@@ -74,7 +74,8 @@ std::optional<std::string> expand_xacro(const std::string& path, const std::stri
   const std::optional<int> status = run(std::move(words), output.get(), errors.get());
   if (!status) return std::nullopt;
   if (*status != 0) {
-    throw ModelError(path + ": xacro cannot expand this file: " + in_quotes(reason_of_failure(written(errors.get()))));
+    throw ModelError(path + ": xacro cannot expand this file: " +
+                     in_quotes(reason_of_failure(written(errors.get())), kLongestReason));
   }
   return written(output.get());
 }

@@ -54,11 +54,10 @@ void parse_xml(const std::string& text, const std::string& path, const std::stri
                    tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()) + "); a " + kind + " must be well-formed");
 }
 
-std::string in_quotes(const std::string& text) {
-  constexpr std::size_t kLongest = 120;
+std::string in_quotes(const std::string& text, std::size_t longest) {
   std::string result = "'";
-  for (const char c : cut_utf8(text, kLongest)) result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  return result + (text.size() > kLongest ? "…'" : "'");
+  for (const char c : cut_utf8(text, longest)) result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  return result + (text.size() > longest ? "…'" : "'");
 }
 
 std::string text_attribute(const tinyxml2::XMLElement& element, const char* name, const std::string& where) {

@@ -21,8 +21,11 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
 void parse_xml(const std::string& text, const std::string& path, const std::string& kind,
                tinyxml2::XMLDocument& document);
 
-/// 'text' in quotes for a sentence, without control characters, cut after 120 bytes.
-[[nodiscard]] std::string in_quotes(const std::string& text);
+/// The longest text in quotes of a sentence: a value of a file, and what another library or program says [bytes].
+inline constexpr std::size_t kLongestValue = 120;
+inline constexpr std::size_t kLongestReason = 600;
+/// 'text' in quotes for a sentence, without control characters, cut after `longest` bytes.
+[[nodiscard]] std::string in_quotes(const std::string& text, std::size_t longest = kLongestValue);
 
 /// The attribute's text; throws when it is missing or empty.
 [[nodiscard]] std::string text_attribute(const tinyxml2::XMLElement& element, const char* name,

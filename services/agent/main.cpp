@@ -1,13 +1,11 @@
 #include <exception>
 #include <filesystem>
-#include <iostream>
 #include <stdexcept>
 
 #include <CLI/CLI.hpp>
 
 #include "services/agent/agent.hpp"
 #include "services/arm_driver/device_choice.hpp"
-#include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
@@ -53,7 +51,7 @@ int main(int argc, char** argv) {
     services::raise_service_priority(file, services::ThreadPriority::kAgent);
     service.run();
   } catch (const std::exception& error) {
-    std::cerr << config::sentence_text(error.what()) << '\n';
+    services::complain(error.what());
     return static_cast<int>(services::ExitCode::kBadInput);
   }
   return static_cast<int>(services::ExitCode::kDone);

@@ -97,6 +97,18 @@ std::vector<std::string> device_notes(const config::CellFile& file, std::span<co
   return notes;
 }
 
+std::vector<std::string> device_steps(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  constexpr std::string_view kArm = "ARM";
+  std::vector<std::string> steps;
+  for (std::size_t arm = 0; arm < file.devices.size(); ++arm) {
+    for (const std::string_view step : type_of(file.devices[arm], types).steps) {
+      std::string& own = steps.emplace_back(step);
+      own.replace(own.find(kArm), kArm.size(), file.cell.arms[arm].arm.name);
+    }
+  }
+  return steps;
+}
+
 std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,
                                                std::span<const device::DeviceType> types,
                                                const device::DeviceLog& log) {

@@ -12,9 +12,11 @@
 #include "planner/collision/model_filter.hpp"
 #include "planner/local/random.hpp"
 #include "planner/simulation/tasks.hpp"
+#include "services/arm_driver/device_choice.hpp"
 #include "services/cli/pose_finder.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
@@ -316,6 +318,13 @@ void require_distinct_names(const std::vector<DraftArm>& drafts) {
   }
 }
 
+/// A command finds the cell only with its file: it is not in the default domain, on all interfaces and open.
+bool has_own_network(const config::CellFile& file) {
+  const config::Network standard;
+  return file.network.domain != standard.domain || file.network.transport != standard.transport ||
+         file.network.discovery != standard.discovery || !file.network.interface.empty() || !file.keystore.empty();
+}
+
 }  // namespace
 
 DraftArm parse_draft_arm(const std::string& word) {
@@ -408,10 +417,17 @@ std::string next_steps(const config::CellFile& file, const std::vector<config::F
       file.cell.tasks.radius > 0.0 || !file.cell.tasks.pose_sequence.empty() || !file.cell.tasks.problem.areas.empty();
   const planner::Arm& arm = file.cell.arms.front().arm;
   const std::string pose = arm.named.contains("ready") ? "ready" : "home";  // arms start at home
-  const std::string goal = "hecaton goal " + arm.name + " --named " + pose + " --wait";
-  return (has_tasks ? "next: hecaton simulate " + file.path + " --tasks 100\n"
-                    : "next: add tasks, or begin with a live cell\n") +
-         "then: hecaton up " + file.path + ", and in a second terminal: " + goal + "\n";
+  const std::string path = shell_word(file.path);
+  std::vector<std::string> commands = device_steps(file);
+  commands.push_back("hecaton goal " + arm.name + " --named " + pose + " --wait");
+  std::string text = (has_tasks ? "next: hecaton simulate " + path + " --tasks 100\n"
+                                : "next: add tasks, or begin with a live cell\n") +
+                     "then: hecaton up " + path + "\nand in a second terminal:\n";
+  const std::string cell = has_own_network(file) ? " --cell " + path : "";
+  for (const std::string& command : commands) {
+    text += "  " + command + (command.starts_with('#') ? "" : cell) + "\n";
+  }
+  return text;
 }
 
 }  // namespace hecaton::services::cli

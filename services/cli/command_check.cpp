@@ -338,7 +338,7 @@ std::string cell_text(const config::CellFile& file, const Findings& findings, bo
     }
   }
   return out + "\n" + notes + findings_text(findings, palette) + verdict(findings, palette) + "\n" +
-         (details ? "" : "joints, limits, shapes and pairs: hecaton check " + file.path + " --details\n") +
+         (details ? "" : "joints, limits, shapes and pairs: hecaton check " + shell_word(file.path) + " --details\n") +
          next_steps(file, findings);
 }
 
@@ -354,7 +354,7 @@ ExitCode check_urdf(const Settings& settings, const Options& options) {
     model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
                           number_text(planner::kAssumedRunUp) + " s");
   }
-  const std::string next = "next: hecaton init -o cell.yaml left=" + options.file + "@\"0 0 0\"\n";
+  const std::string next = "next: hecaton init -o cell.yaml left=" + shell_word(options.file) + "@\"0 0 0\"\n";
   print(settings, model_json(model, model.limits),
         model_text(model, model.limits, options.details, Palette::for_stream(stdout)) + next);
   return ExitCode::kDone;

@@ -14,6 +14,7 @@
 #include "services/cli/cell_draft.hpp"
 #include "services/cli/commands.hpp"
 #include "services/command_line/options.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
@@ -75,7 +76,7 @@ ExitCode run(const Options& options) {
     std::fprintf(stderr, "hecaton: %s\n", config::sentence_text(finding.sentence).c_str());
   }
   std::printf("%s: %zu arm%s\n%s\nnext: hecaton check %s\n", config::valid_utf8(options.path).c_str(), arms.size(),
-              arms.size() == 1 ? "" : "s", goals_text(draft.file.cell.tasks).c_str(), options.path.c_str());
+              arms.size() == 1 ? "" : "s", goals_text(draft.file.cell.tasks).c_str(), shell_word(options.path).c_str());
   return ExitCode::kDone;
 }
 
@@ -133,7 +134,7 @@ void add_init(CLI::App& app, Session& session) {
       ->add_option(
           "ARMS", options->arms,
           "each NAME=ROBOT@\"x y z roll pitch yaw\": ROBOT is a name that `hecaton robots` lists or the path of a "
-          "URDF; the rotation may be left out")
+          "URDF; ROBOT:LINK chooses the tool's link; the rotation may be left out")
       ->take_all();
   command->footer("Try it: hecaton init -o cell.yaml left=ur5e@\"-0.5 0 0\" right=panda@\"0.5 0 0 0 0 3.14\"");
   command->callback([&session, options] {

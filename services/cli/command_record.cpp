@@ -51,6 +51,11 @@ std::chrono::nanoseconds seconds(double value) {
 
 recorder::RecordingOptions recording_of(const Options& options) {
   if (!options.file) throw Failure(ExitCode::kUsage, "record needs the file to write: -o FILE.mcap");
+  constexpr std::string_view kEnding = ".mcap";
+  if (!options.file->ends_with(kEnding) || options.file->size() == kEnding.size()) {
+    throw Failure(ExitCode::kBadInput,
+                  "-o '" + config::printable(*options.file) + "' must be a file that ends in .mcap, such as run.mcap");
+  }
   recorder::RecordingOptions recording;
   recording.path = *options.file;
   if (options.split_size) recording.split_bytes = parse_size(*options.split_size);
@@ -112,10 +117,14 @@ ExitCode run(const Settings& settings, const Options& options) {
   } catch (const recorder::RecordingError& error) {
     throw Failure(ExitCode::kNegative, error.what());
   }
+  if (recorder.recording().messages() == 0) {
+    recorder.remove_files();  // else the next try would be refused, because its file exists
+    throw Failure(ExitCode::kUnreachable, "nothing was received, and no recording is kept: no cell " + file.cell.name +
+                                              " runs in domain " + std::to_string(domain) +
+                                              "; start it, or give its --domain");
+  }
   print_result(settings, recorder);
-  if (recorder.recording().messages() > 0) return ExitCode::kDone;
-  throw Failure(ExitCode::kUnreachable, "nothing was received: no cell " + file.cell.name + " runs in domain " +
-                                            std::to_string(domain) + "; start it, or give its --domain");
+  return ExitCode::kDone;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "services/cli/running_cell.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -187,8 +188,11 @@ bool ChildAgent::end() {
 }
 
 void become(const std::string& name, std::vector<std::string> arguments) {
-  std::string program = sibling_program(name);
-  std::vector<char*> argv{program.data()};
+  const std::string program = sibling_program(name);
+  // "hecaton view" as its name: its complaints begin as those of `hecaton`.
+  std::string called = name;
+  std::replace(called.begin(), called.end(), '-', ' ');
+  std::vector<char*> argv{called.data()};
   for (std::string& word : arguments) argv.push_back(word.data());
   argv.push_back(nullptr);
   execv(program.c_str(), argv.data());

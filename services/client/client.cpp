@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 
 #include <hecaton/client.hpp>
 
 #include "services/client/connection.hpp"
 #include "services/client/convert.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton {
 namespace {
@@ -239,7 +241,17 @@ Cell Cell::connect(const ConnectOptions& options, const Wait& wait) {
 Cell::Cell(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
 
 Arm Cell::arm(const std::string& name) const {
+  const std::vector<std::string> known = arms();
+  if (!known.empty() && std::find(known.begin(), known.end(), name) == known.end()) {
+    const std::vector<std::string_view> words(known.begin(), known.end());
+    throw InvalidArgument("'" + config::printable(name) + "' is no arm of the cell; its arms are " +
+                          config::listed(words));
+  }
   return {connection_, name};
+}
+
+std::vector<std::string> Cell::arms() const {
+  return connection_->arms();
 }
 
 World Cell::world() const {

@@ -74,10 +74,15 @@ Membership join(const config::CellFile& file, int domain) {
   for (const services::PlacedNode& supervisor : services::supervisors_of(file)) {
     member.supervisors.push_back(supervisor.node);
   }
+  member.arms = planner::names_of(file.cell);
   return member;
 }
 
 Membership join(const ConnectOptions& options) {
+  if (options.domain && (*options.domain < 0 || *options.domain > services::kHighestDomain)) {
+    throw InvalidArgument("domain = " + std::to_string(*options.domain) + " must be a whole number from 0 to " +
+                          std::to_string(services::kHighestDomain));
+  }
   try {
     services::ServiceOptions service;
     service.domain = options.domain;
@@ -108,7 +113,8 @@ Connection::Connection(Membership membership)
     : where_(std::move(membership.where)),
       supervisors_(std::move(membership.supervisors)),
       name_(unique_name()),
-      participant_(std::move(membership.participant)) {
+      participant_(std::move(membership.participant)),
+      arms_(std::move(membership.arms)) {
   endpoints_.supervisor.emplace(participant_, mailbox_);
   thread_ = std::thread([this] { run(); });
 }
@@ -219,6 +225,8 @@ void Connection::note(const msg::GoalStatus& status) {
 
 void Connection::note(const msg::CellStatus& status) {
   const Lock lock(mutex_);
+  if (!status.arms().empty()) arms_.clear();
+  for (const msg::ArmStatus& arm : status.arms()) arms_.push_back(arm.arm());
   for (const msg::ArmStatus& arm : status.arms()) {
     if (arm.has_goal()) note(arm.goal());
   }
@@ -428,6 +436,11 @@ void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
   record->news = record->status.has_value();
   goals_[record->goal.goal()] = record;  // also a goal that has ended: the callback gets its last progress
   mailbox_.notify();
+}
+
+std::vector<std::string> Connection::arms() const {
+  const Lock lock(mutex_);
+  return arms_;
 }
 
 std::optional<msg::GoalStatus> Connection::newest_goal(const std::string& arm) {

@@ -38,6 +38,7 @@ struct Membership {
   bus::Participant participant;
   std::string where;                       ///< "DDS domain 42 under the name 'three_puma'"
   std::vector<std::string> supervisors{};  ///< nodes; empty: any
+  std::vector<std::string> arms{};         ///< of the cell file; empty: not known
 };
 
 /// Joins the domain that `options` select. Throws InvalidArgument (cell file, domain, network interface).
@@ -90,6 +91,9 @@ class Connection {
   void cancel(const GoalRecord& record);
   [[nodiscard]] std::optional<msg::GoalStatus> status_of(const GoalRecord& record) const;
   void set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback);
+  /// Names of the arms: of the last status, else of the cell file. Empty: not known. Does not wait.
+  [[nodiscard]] std::vector<std::string> arms() const;
+
   /// Status of the arm's newest goal, of any client; never of a replaced goal.
   [[nodiscard]] std::optional<msg::GoalStatus> newest_goal(const std::string& arm);
 
@@ -183,6 +187,7 @@ class Connection {
   std::condition_variable_any arrived_;
   std::uint64_t news_ = 0;  ///< counts arrivals
   std::uint64_t numbers_ = 0;
+  std::vector<std::string> arms_;  ///< as arms()
   struct Endpoints {
     std::optional<Channel<msg::SupervisorRequest, msg::SupervisorReply>> supervisor;
     std::optional<Channel<msg::WorldEditRequest, msg::WorldEditReply>> world;

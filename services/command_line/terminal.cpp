@@ -81,6 +81,14 @@ std::string bytes_text(double bytes) {
   return decimal_text(bytes * 1e-6, 1) + " MB";
 }
 
+std::string shell_word(std::string_view text) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=@%+,";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos) return std::string(text);
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 std::string percent_text(double part, double whole) {
   if (!(whole > 0.0)) return "–";
   return decimal_text(100.0 * part / whole, 1) + " %";

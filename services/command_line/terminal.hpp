@@ -26,6 +26,9 @@ namespace hecaton::services::cli {
 /// "97.3 %"; "–" when `whole` is 0.
 [[nodiscard]] std::string percent_text(double part, double whole);
 
+/// `text` as one word of a shell, in quotes where it needs them: a command that contains it can be copied.
+[[nodiscard]] std::string shell_word(std::string_view text);
+
 /// Colours for one stream. for_stream() disables them when the stream is no terminal, when NO_COLOR is set
 /// (no-color.org) or when TERM is "dumb".
 class Palette {

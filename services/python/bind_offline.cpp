@@ -1,10 +1,12 @@
 /// CellModel and its results as classes of `_hecaton`.
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <hecaton/client.hpp>
 
+#include "services/config/text.hpp"
 #include "services/python/bindings.hpp"
 #include "services/python/casters.hpp"
 #include "services/python/cell_model.hpp"
@@ -90,13 +92,18 @@ py::dict path_of(const PlanAnswer& answer) {
 
 /// Times, and positions and velocities by arm.
 py::tuple trajectory_of(const PlanAnswer& answer, double period) {
-  if (!(period > 0.0)) throw InvalidArgument("period must be above 0 s");
+  if (!(period > 0.0) || !std::isfinite(period)) {
+    throw InvalidArgument("period = " + config::number_text(period) + " must be a finite number above 0 [s]");
+  }
   std::vector<double> times;
   std::vector<planner::TrajectoryPoint> points;
   if (!answer.trajectory.empty()) {
     const double duration = answer.trajectory.duration();
     constexpr double kMostSamples = 1e6;
-    if (duration / period > kMostSamples) throw InvalidArgument("period must give at most a million samples");
+    if (duration / period > kMostSamples) {
+      throw InvalidArgument("period = " + config::number_text(period) + " must give at most a million samples of " +
+                            config::number_text(duration) + " s");
+    }
     for (std::size_t i = 0; times.empty() || times.back() < duration; ++i) {
       times.push_back(std::min(static_cast<double>(i) * period, duration));
       points.push_back(answer.trajectory.at(times.back()));
@@ -237,8 +244,10 @@ void bind_offline(py::module_& module) {
           [](const PlanAnswer& answer) { return answer.trajectory.empty() ? 0.0 : answer.trajectory.duration(); },
           "of the trajectory along the path [s]")
       .def_readonly("clearance", &PlanAnswer::clearance, "smallest distance on the path, without links of one arm [m]")
-      .def("trajectory", &trajectory_of, py::arg("period") = 0.01,
-           "Times (T,), and for each planned arm positions and velocities, arrays (T, joints).")
+      .def(
+          "trajectory", [](const PlanAnswer& answer, const Number& period) { return trajectory_of(answer, period); },
+          py::arg("period") = Number{0.01},
+          "Times (T,), and for each planned arm positions and velocities, arrays (T, joints).")
       .def("__bool__", [](const PlanAnswer& answer) { return answer.plan.solved(); });
 
   py::class_<CellModel, Shared> model(module, "CellModel", "A loaded cell file.");

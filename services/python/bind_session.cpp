@@ -126,6 +126,12 @@ void bind_session(py::module_& module) {
           },
           py::arg("cell_file"), py::arg("domain"), py::arg("timeout"))
       .def(
+          "require_arm",
+          [](Session& self, const std::string& name, const Limit& timeout) {
+            self.require_arm(name, limit_of(timeout));
+          },
+          py::arg("name"), py::arg("timeout"))
+      .def(
           "go_to",
           [](const std::shared_ptr<Session>& self, const std::string& arm, const py::object& target,
              const Limit& time_limit, FreeRotation free_rotation, double position_tolerance,

@@ -2,18 +2,23 @@
 /// Conversions between Python and small values of the client library: enumerations are words ("path_blocked"),
 /// durations are seconds as float, vectors are NumPy arrays of three numbers.
 
+#include <array>
 #include <chrono>
 #include <concepts>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
-#include <hecaton/types.hpp>
+#include <hecaton/client.hpp>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+
+#include "services/config/text.hpp"
 
 namespace hecaton::python {
 
@@ -24,6 +29,17 @@ template <class T>
 concept Named = std::is_enum_v<T> && requires(T value) {
   { name_of(value) } -> std::convertible_to<std::string_view>;
 };
+
+/// A number as an argument. Another type is InvalidArgument: pybind11 would list signatures.
+struct Number {
+  double value = 0.0;
+  operator double() const { return value; }
+};
+
+/// How an argument is quoted in a sentence: its Python text, at most 80 bytes of it.
+[[nodiscard]] inline std::string quoted(py::handle argument) {
+  return config::printable(std::string(py::repr(argument)));
+}
 
 /// A copy as a NumPy array of one dimension.
 [[nodiscard]] inline py::array_t<double> array_of(std::span<const double> values) {
@@ -72,13 +88,30 @@ struct type_caster<Enum> {
 };
 
 template <>
+struct type_caster<hecaton::python::Number> {
+  PYBIND11_TYPE_CASTER(hecaton::python::Number, const_name("float"));
+
+  bool load(handle source, bool /*convert*/) {
+    make_caster<double> number;
+    if (!number.load(source, true)) {
+      throw hecaton::InvalidArgument(hecaton::python::quoted(source) + " must be a number");
+    }
+    value = {cast_op<double>(number)};
+    return true;
+  }
+  static handle cast(hecaton::python::Number source, return_value_policy /*policy*/, handle /*parent*/) {
+    return float_(source.value).release();
+  }
+};
+
+template <>
 struct type_caster<hecaton::Seconds> {
   PYBIND11_TYPE_CASTER(hecaton::Seconds, const_name("float"));
 
   bool load(handle source, bool convert) {
-    make_caster<double> number;
+    make_caster<hecaton::python::Number> number;
     if (!number.load(source, convert)) return false;
-    value = hecaton::Seconds(cast_op<double>(number));
+    value = hecaton::Seconds(cast_op<hecaton::python::Number>(number).value);
     return true;
   }
   static handle cast(hecaton::Seconds source, return_value_policy /*policy*/, handle /*parent*/) {
@@ -92,7 +125,9 @@ struct type_caster<hecaton::Vector3> {
 
   bool load(handle source, bool /*convert*/) {
     const auto numbers = hecaton::python::numbers_in(source);
-    if (!numbers || numbers->size() != 3) return false;
+    if (!numbers || numbers->size() != 3) {
+      throw hecaton::InvalidArgument(hecaton::python::quoted(source) + " must be three numbers, such as [0.1, 0, 0.5]");
+    }
     value = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
     return true;
   }

@@ -11,6 +11,7 @@
 #include "planner/goal_check.hpp"
 #include "planner/model/kinematics.hpp"
 #include "services/config/overlaps.hpp"
+#include "services/python/unknown_name.hpp"
 
 namespace hecaton::python {
 
@@ -52,7 +53,7 @@ int CellModel::index(const std::string& arm) const {
   if (found != arms.end()) return static_cast<int>(found - arms.begin());
   std::string names;
   for (const auto& planned : arms) names += (names.empty() ? "" : ", ") + planned.arm.name;
-  throw InvalidArgument("'" + arm + "' is no arm of the cell; its arms are " + names);
+  throw UnknownName("'" + arm + "' is no arm of the cell; its arms are " + names, arm);
 }
 
 const planner::PlannedArm& CellModel::arm(const std::string& name) const {

@@ -13,6 +13,7 @@
 #include "services/config/yaml_tree.hpp"
 #include "services/python/bindings.hpp"
 #include "services/python/session.hpp"
+#include "services/python/unknown_name.hpp"
 
 namespace hecaton::python {
 namespace {
@@ -36,6 +37,10 @@ void translate(std::exception_ptr exception) {
     raise("NoAnswer", error.what(), "no_answer", "world");
   } catch (const Closed& error) {
     raise("Closed", error.what(), "closed", "");
+  } catch (const Forked& error) {
+    raise("Closed", error.what(), "forked", "");
+  } catch (const UnknownName& error) {
+    raise("InvalidArgument", error.what(), "unknown_name", error.name());
   } catch (const InvalidArgument& error) {
     raise("InvalidArgument", error.what(), "invalid_value", "");
   } catch (const Error& error) {

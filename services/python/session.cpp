@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
+
+#include "services/python/unknown_name.hpp"
 
 namespace hecaton::python {
 
@@ -28,17 +31,43 @@ Session::Call::~Call() {
   session_.ended_.notify_all();
 }
 
+void Session::require_own_process() const {
+  if (getpid() != process_) throw Forked();
+}
+
 Cell Session::cell() const {
+  require_own_process();
   const std::lock_guard lock(mutex_);
   if (!cell_) throw Closed();
   return *cell_;
 }
 
 Goal Session::goal(const std::string& id) const {
+  require_own_process();
   const std::lock_guard lock(mutex_);
   const auto found = goals_.find(id);
   if (found == goals_.end()) throw Closed();
   return found->second;
+}
+
+void Session::require_arm(const std::string& name, Seconds limit) {
+  const auto is_known = [&] {
+    const Unlocked<Cell> cell(this->cell());
+    const std::vector<std::string> names = cell->arms();
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (is_known()) return;
+  try {
+    // The running cell decides: the names may be those of an older cell file.
+    call(limit, [](const Cell& cell, const Wait& wait) { return cell.status(wait); });
+  } catch (const Unreachable&) {
+  }
+  const Unlocked<Cell> cell(this->cell());
+  try {
+    static_cast<void>(cell->arm(name));
+  } catch (const InvalidArgument& error) {
+    throw UnknownName(error.what(), name);
+  }
 }
 
 std::string Session::keep(const Goal& goal) {
@@ -83,6 +112,7 @@ void Session::watch(const std::string& id) const {
 }
 
 void Session::forget(const std::string& id) {
+  if (getpid() != process_) return;
   decltype(goals_)::node_type dropped;
   {
     const std::lock_guard lock(mutex_);
@@ -105,11 +135,23 @@ std::vector<Fault> Session::faults() const {
 }
 
 std::optional<Event> Session::next_event() const {
+  require_own_process();
   const py::gil_scoped_release unlocked;
   return events_->pop();
 }
 
+/// The threads of the connection are in the parent alone: to end it here would wait for them forever.
+void Session::leave_to_parent() {
+  static_cast<void>(new std::optional<Cell>(std::exchange(cell_, std::nullopt)));
+  static_cast<void>(new auto(std::exchange(goals_, {})));
+  static_cast<void>(new auto(events_));
+}
+
 void Session::close() {
+  if (getpid() != process_) {
+    leave_to_parent();
+    return;
+  }
   const py::gil_scoped_release unlocked;
   closing_.request_stop();
   events_->close();

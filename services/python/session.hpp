@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <hecaton/client.hpp>
+#include <unistd.h>
 
 #include "services/python/event_queue.hpp"
 #include "services/python/interruptible.hpp"
@@ -24,6 +25,15 @@ namespace hecaton::python {
 class Closed : public Error {
  public:
   Closed() : Error("the connection to the cell is closed: connect again") {}
+};
+
+/// The session belongs to the parent of this process. A child of fork() has no thread that could serve it.
+class Forked : public Error {
+ public:
+  Forked()
+      : Error(
+            "the connection to the cell belongs to the parent of this process: connect after os.fork(), or start the "
+            "child by multiprocessing with the method 'spawn'") {}
 };
 
 /// Owns all handles to a connection, so that close() ends it although Python objects remain. All functions need the
@@ -65,6 +75,10 @@ class Session {
     return call(limit, work);
   }
 
+  /// Returns when the cell has an arm `name`. Does not wait for a name that the connection knows; otherwise it requests
+  /// the status, to be sure. Throws UnknownName. When no supervisor answers within the limit, a connection without a
+  /// cell file accepts any name.
+  void require_arm(const std::string& name, Seconds limit);
   /// Sends a goal with `go(arm)`. Returns its identifier.
   template <class Go>
   std::string send(const std::string& arm, Go go) {
@@ -104,11 +118,15 @@ class Session {
     Session& session_;
   };
 
-  explicit Session(Cell cell) : cell_(std::move(cell)) {}
+  explicit Session(Cell cell) : process_(getpid()), cell_(std::move(cell)) {}
+  /// Throws Forked.
+  void require_own_process() const;
+  void leave_to_parent();
   [[nodiscard]] Cell cell() const;
   [[nodiscard]] Goal goal(const std::string& id) const;
   std::string keep(const Goal& goal);
 
+  const pid_t process_;       ///< that connected
   mutable std::mutex mutex_;  // guards all that follows, but events_ and closing_; no thread waits for Python with it
   std::condition_variable ended_;
   std::optional<Cell> cell_;                     ///< empty: closed

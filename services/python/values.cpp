@@ -1,5 +1,7 @@
 /// Python classes of the values in <hecaton/types.hpp>.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -7,6 +9,7 @@
 
 #include "services/python/bindings.hpp"
 #include "services/python/casters.hpp"
+#include "services/runtime/options.hpp"
 
 namespace hecaton::python {
 namespace {
@@ -76,10 +79,19 @@ std::string name_of(OutcomeKind kind) {
   return "unknown";
 }
 
-Pose pose_of_matrix(const py::array_t<double, py::array::c_style | py::array::forcecast>& matrix) {
-  if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4) {
-    throw InvalidArgument("a pose matrix must have the shape (4, 4)");
-  }
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// `numbers` as an array of two dimensions and `columns`. Throws InvalidArgument with `must_be`.
+Array matrix_in(const py::object& numbers, py::ssize_t columns, const std::string& must_be) {
+  Array matrix = Array::ensure(numbers);
+  if (!matrix) PyErr_Clear();
+  if (!matrix || matrix.ndim() != 2 || matrix.shape(1) != columns) throw InvalidArgument(must_be);
+  return matrix;
+}
+
+Pose pose_of_matrix(const py::object& numbers) {
+  const Array matrix = matrix_in(numbers, 4, "a pose matrix must have the shape (4, 4)");
+  if (matrix.shape(0) != 4) throw InvalidArgument("a pose matrix must have the shape (4, 4)");
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> X(matrix.data());
   const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
   constexpr double kTolerance = 1e-6;
@@ -100,18 +112,32 @@ py::array_t<double> matrix_of(const Pose& pose) {
   return matrix;
 }
 
-Pose make_pose(const Vector3& position, const std::array<double, 4>& rotation) {
+Pose make_pose(const Vector3& position, const py::object& rotation) {
+  const auto numbers = numbers_in(rotation);
+  std::array<double, 4> wxyz{};
   double squared = 0.0;
-  for (const double number : rotation) squared += number * number;
+  if (numbers && numbers->size() == wxyz.size()) {
+    std::copy(numbers->begin(), numbers->end(), wxyz.begin());
+    for (const double number : wxyz) squared += number * number;
+  }
   constexpr double kTolerance = 1e-6;
   if (!(std::abs(squared - 1.0) < kTolerance)) {
-    throw InvalidArgument("rotation must be a unit quaternion (w, x, y, z)");
+    throw InvalidArgument("rotation = " + quoted(rotation) + " must be a unit quaternion (w, x, y, z)");
   }
-  return {position, rotation};
+  return {position, wxyz};
 }
 
-ConvexHull hull_of(const py::array_t<double, py::array::c_style | py::array::forcecast>& points) {
-  if (points.ndim() != 2 || points.shape(1) != 3) throw InvalidArgument("points must be an array of shape (N, 3)");
+Pose pose_xyz(const Number& x, const Number& y, const Number& z) {
+  return Pose::xyz(x, y, z);
+}
+
+Pose pose_xyz_rpy(const Number& x, const Number& y, const Number& z, const Number& roll, const Number& pitch,
+                  const Number& yaw) {
+  return Pose::xyz_rpy(x, y, z, roll, pitch, yaw);
+}
+
+ConvexHull hull_of(const py::object& numbers) {
+  const Array points = matrix_in(numbers, 3, "points must be an array of shape (N, 3)");
   ConvexHull hull;
   const auto rows = points.unchecked<2>();
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) hull.points.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
@@ -136,11 +162,12 @@ void bind_pose(py::module_& module) {
       .computed(
           "rotation", [](const Pose& pose) { return array_of(pose.rotation); },
           "unit quaternion w, x, y, z, a NumPy array")
-      .def(py::init(&make_pose), py::arg("position") = Vector3{}, py::arg("rotation") = std::array{1.0, 0.0, 0.0, 0.0},
+      .def(py::init(&make_pose), py::arg("position") = Vector3{},
+           py::arg("rotation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
            "A pose from x, y, z [m] and a unit quaternion w, x, y, z.")
-      .def_static("xyz", &Pose::xyz, py::arg("x"), py::arg("y"), py::arg("z"), "A pose without rotation [m].")
-      .def_static("xyz_rpy", &Pose::xyz_rpy, py::arg("x"), py::arg("y"), py::arg("z"), py::arg("roll"),
-                  py::arg("pitch"), py::arg("yaw"),
+      .def_static("xyz", &pose_xyz, py::arg("x"), py::arg("y"), py::arg("z"), "A pose without rotation [m].")
+      .def_static("xyz_rpy", &pose_xyz_rpy, py::arg("x"), py::arg("y"), py::arg("z"), py::arg("roll"), py::arg("pitch"),
+                  py::arg("yaw"),
                   "Roll, pitch and yaw [rad] are rotations about the fixed axes x, y, z, in this order, as in URDF.")
       .def_static("from_matrix", &pose_of_matrix, py::arg("matrix"), "A pose from a homogeneous 4 × 4 matrix.")
       .def_property_readonly("matrix", &matrix_of, "homogeneous 4 × 4 matrix, a NumPy array");
@@ -151,24 +178,24 @@ void bind_shapes(py::module_& module) {
       .field("x", &Box::x, "full size along x [m]")
       .field("y", &Box::y, "full size along y [m]")
       .field("z", &Box::z, "full size along z [m]")
-      .def(py::init([](double x, double y, double z) {
+      .def(py::init([](const Number& x, const Number& y, const Number& z) {
              return Box{x, y, z};
            }),
            py::arg("x"), py::arg("y"), py::arg("z"));
   Value<Sphere>(module, "Sphere", "A ball.")
       .field("radius", &Sphere::radius, "[m]")
-      .def(py::init([](double radius) { return Sphere{radius}; }), py::arg("radius"));
+      .def(py::init([](const Number& radius) { return Sphere{radius}; }), py::arg("radius"));
   Value<Cylinder>(module, "Cylinder", "A cylinder about z.")
       .field("radius", &Cylinder::radius, "[m]")
       .field("height", &Cylinder::height, "[m]")
-      .def(py::init([](double radius, double height) {
+      .def(py::init([](const Number& radius, const Number& height) {
              return Cylinder{radius, height};
            }),
            py::arg("radius"), py::arg("height"));
   Value<Capsule>(module, "Capsule", "A cylinder about z with a half ball at each end.")
       .field("radius", &Capsule::radius, "[m]")
       .field("length", &Capsule::length, "between the centres of the caps [m]")
-      .def(py::init([](double radius, double length) {
+      .def(py::init([](const Number& radius, const Number& length) {
              return Capsule{radius, length};
            }),
            py::arg("radius"), py::arg("length"));
@@ -184,7 +211,7 @@ void bind_motions(py::module_& module) {
   Value<Conveyor>(module, "Conveyor", "Moves along a straight line; repeats from the beginning after `length`.")
       .field("velocity", &Conveyor::velocity, "in W [m/s]")
       .field("length", &Conveyor::length, "[m]")
-      .def(py::init([](const Vector3& velocity, double length) {
+      .def(py::init([](const Vector3& velocity, const Number& length) {
              return Conveyor{velocity, length};
            }),
            py::arg("velocity"), py::arg("length"));
@@ -198,13 +225,13 @@ void bind_motions(py::module_& module) {
   Value<Circle>(module, "Circle", "Moves on a circle about an axis along z of W.")
       .field("centre", &Circle::centre, "in W [m]")
       .field("angular_speed", &Circle::angular_speed, "[rad/s]")
-      .def(py::init([](const Vector3& centre, double angular_speed) {
+      .def(py::init([](const Vector3& centre, const Number& angular_speed) {
              return Circle{centre, angular_speed};
            }),
            py::arg("centre"), py::arg("angular_speed"));
   Value<Dynamic>(module, "Dynamic", "A rigid body that falls and is pushed.")
       .field("mass", &Dynamic::mass, "[kg]")
-      .def(py::init([](double mass) { return Dynamic{mass}; }), py::arg("mass"));
+      .def(py::init([](const Number& mass) { return Dynamic{mass}; }), py::arg("mass"));
 }
 
 void bind_progress(py::module_& module) {
@@ -364,6 +391,7 @@ void bind_values(py::module_& module) {
   module.attr("NODE_KINDS") = words<NodeKind>();
   module.attr("NODE_STATES") = words<NodeState>();
   module.attr("SEVERITIES") = words<Severity>();
+  module.attr("HIGHEST_DOMAIN") = services::kHighestDomain;
 }
 
 }  // namespace hecaton::python

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include <nlohmann/json.hpp>
@@ -54,11 +54,15 @@ const bus::TopicRule* rule_of(const McapChannel& channel) {
   return name.starts_with(kTypePrefix) ? bus::topic_rule(name.substr(kTypePrefix.size())) : nullptr;
 }
 
+struct CloseFile {
+  void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
+};
+
 /// The CSV file of one topic.
 struct Sheet {
   explicit Sheet(const bus::TopicRule& rule) : columns(rule) {}
   CdrColumns columns;
-  std::ofstream file;
+  std::unique_ptr<std::FILE, CloseFile> file;
 };
 
 class Export {
@@ -70,20 +74,41 @@ class Export {
   }
 
   ExportReport run() {
+    try {
+      return write_all();
+    } catch (...) {
+      // Half a table looks like a whole one, and would refuse the next try.
+      for (const std::string& file : made_) static_cast<void>(std::remove(file.c_str()));
+      throw;
+    }
+  }
+
+ private:
+  ExportReport write_all() {
     // The longest sequences decide how many columns there are.
     const McapReport measured = read_mcap(path_, {[this](const McapMessage& message) { measure(message); }, {}});
     for (auto& [topic, sheet] : sheets_) begin(topic, *sheet);
     report_.file = read_mcap(path_, {[this](const McapMessage& message) { put(message); }, {}}, measured.bytes);
     for (auto& [topic, sheet] : sheets_) {
-      sheet->file.close();
-      if (!sheet->file) fail(report_.topics[topic].file, "cannot be written");
+      if (std::fclose(sheet->file.release()) != 0) fail_to_write(report_.topics[topic].file);
     }
     return std::move(report_);
   }
 
- private:
   [[noreturn]] static void fail(const std::string& file, const std::string& what) {
     throw RecordingError(file + " " + what + "; name another folder");
+  }
+
+  /// With the reason in errno.
+  [[noreturn]] static void fail_to_write(const std::string& file) {
+    const bool full = errno == ENOSPC || errno == EFBIG || errno == EDQUOT;
+    throw RecordingError(file + " cannot be written: " + (full ? "the disk is full" : std::strerror(errno)) +
+                         "; make room or name another folder; no file of this export is kept");
+  }
+
+  static void write(const ExportedTopic& exported, Sheet& sheet, const std::vector<std::string>& cells) {
+    const std::string line = csv_line(cells);
+    if (std::fwrite(line.data(), 1, line.size(), sheet.file.get()) != line.size()) fail_to_write(exported.file);
   }
 
   void measure(const McapMessage& message) {
@@ -99,13 +124,14 @@ class Export {
     std::string name = topic.substr(kTopicPrefix.size());
     std::replace(name.begin(), name.end(), '/', '_');
     exported.file = (folder_ / (name + ".csv")).string();
-    if (std::filesystem::exists(exported.file)) fail(exported.file, "exists already");
-    sheet.file.open(exported.file, std::ios::binary);
+    sheet.file.reset(std::fopen(exported.file.c_str(), "wbx"));
+    if (!sheet.file && errno == EEXIST) fail(exported.file, "exists already");
     if (!sheet.file) fail(exported.file, std::string("cannot be written: ") + std::strerror(errno));
+    made_.push_back(exported.file);
     std::vector<std::string> header{"log_time_ns", "publish_time_ns", "writer_node", "writer_guid"};
     const std::vector<std::string> fields = sheet.columns.header();
     header.insert(header.end(), fields.begin(), fields.end());
-    sheet.file << csv_line(header);
+    write(exported, sheet, header);
   }
 
   void put(const McapMessage& message) {
@@ -122,13 +148,14 @@ class Export {
                                    metadata(channel, "node"), metadata(channel, "writer")};
     std::vector<std::string> fields = sheet.columns.row(message.data);
     std::move(fields.begin(), fields.end(), std::back_inserter(cells));
-    sheet.file << csv_line(cells);
+    write(exported, sheet, cells);
     ++exported.rows;
   }
 
   const std::string& path_;
   std::filesystem::path folder_;
   std::map<std::string, std::unique_ptr<Sheet>> sheets_;
+  std::vector<std::string> made_;  ///< files, to be removed when the export fails
   ExportReport report_;
 };
 

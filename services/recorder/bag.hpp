@@ -58,7 +58,8 @@ struct ExportReport {
 };
 
 /// Writes one CSV file for each topic of Hecaton into `folder`, which it makes if it is missing. Throws RecordingError
-/// with a sentence, also when one of the files exists already.
+/// with a sentence, also when one of the files exists already or the disk is full; then it removes the files that it
+/// has made.
 ExportReport export_csv(const std::string& path, const std::string& folder);
 
 }  // namespace hecaton::services::recorder

@@ -35,6 +35,8 @@ class Recorder {
   void run(std::chrono::nanoseconds duration);
 
   [[nodiscard]] const Recording& recording() const { return recording_; }
+  /// Removes the files of the recording; after run().
+  void remove_files() { recording_.remove_files(); }
   [[nodiscard]] std::chrono::nanoseconds duration() const { return loop_.now() - began_; }
   /// As in the last report: one for each topic of bus::kTopics.
   [[nodiscard]] const std::vector<TopicLosses>& losses() const { return reported_; }

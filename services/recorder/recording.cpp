@@ -161,16 +161,22 @@ void Recording::keep_up(std::uint64_t now) {
 }
 
 void Recording::remove_old(std::uint64_t now) {
-  while (!segments_.empty() && now - segments_.front().ended > nanoseconds_of(options_.keep)) {
-    const Segment& oldest = segments_.front();
-    // Another file may have its name by now.
-    if (identity_of(oldest.path) == oldest.identity) {
-      std::error_code error;
-      std::filesystem::remove(oldest.path, error);
-      if (error) throw RecordingError(oldest.path + " cannot be removed: " + error.message() + "; allow its removal");
-    }
-    segments_.pop_front();
+  while (!segments_.empty() && now - segments_.front().ended > nanoseconds_of(options_.keep)) remove_oldest();
+}
+
+void Recording::remove_oldest() {
+  const Segment& oldest = segments_.front();
+  // Another file may have its name by now.
+  if (identity_of(oldest.path) == oldest.identity) {
+    std::error_code error;
+    std::filesystem::remove(oldest.path, error);
+    if (error) throw RecordingError(oldest.path + " cannot be removed: " + error.message() + "; allow its removal");
   }
+  segments_.pop_front();
+}
+
+void Recording::remove_files() {
+  while (!segments_.empty()) remove_oldest();
 }
 
 void Recording::close() {

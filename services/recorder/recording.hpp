@@ -64,6 +64,8 @@ class Recording {
 
   [[nodiscard]] std::uint64_t messages() const { return messages_; }  ///< of topics, in all files
   [[nodiscard]] std::uint64_t bytes() const { return closed_bytes_ + (file_ ? file_->size() : 0); }
+  /// Removes the files that it made, after close(). A file that has taken the name of one stays.
+  void remove_files();
   [[nodiscard]] std::vector<std::string> files() const;  ///< that exist, the oldest first
 
  private:
@@ -79,6 +81,7 @@ class Recording {
   void begin_file(std::uint64_t now);
   void end_file();
   void remove_old(std::uint64_t now);
+  void remove_oldest();
   void write_to_file(const RecordedSample& recorded, bool repeated);
   [[nodiscard]] std::uint16_t channel_of(const RecordedSample& recorded, bool repeated);
   void write_json(std::string_view topic, const std::string& json, std::uint64_t now);

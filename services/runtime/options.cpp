@@ -1,10 +1,12 @@
 #include "services/runtime/options.hpp"
 
+#include <cerrno>
 #include <charconv>
-#include <cstdio>
 #include <cstdlib>
+#include <iostream>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -44,13 +46,18 @@ void add_common_options(CLI::App& app, ServiceOptions& options) {
   app.add_option("--log-file", options.log_file, "file for the log instead of stderr");
 }
 
+void complain(const std::string& sentence) {
+  const std::string_view name = program_invocation_short_name;
+  std::cerr << name.substr(0, name.find(' ')) << ": " << config::sentence_text(sentence) << '\n';
+}
+
 std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    complain(error.what());
     return ExitCode::kBadInput;
   }
   return std::nullopt;

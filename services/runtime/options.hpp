@@ -46,6 +46,10 @@ void add_common_options(CLI::App& app, ServiceOptions& options);
 /// after a usage error, which it explains on stderr.
 [[nodiscard]] std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* const* argv);
 
+/// Prints a sentence on stderr after the name with which the program was called, up to a blank: "hecaton: …" for a
+/// program that `hecaton view` runs.
+void complain(const std::string& sentence);
+
 enum class Subject {
   kCell,  ///< the whole cell
   kArm,   ///< one arm

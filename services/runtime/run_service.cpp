@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
-#include <iostream>
 #include <memory>
 #include <semaphore>
 #include <system_error>
@@ -22,7 +21,6 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::services {
@@ -90,7 +88,7 @@ int run_service(int argc, const char* const* argv, const std::string& descriptio
     body(options, shutdown);
     return static_cast<int>(ExitCode::kDone);
   } catch (const std::exception& error) {
-    std::cerr << config::sentence_text(error.what()) << '\n';
+    complain(error.what());
     return static_cast<int>(ExitCode::kBadInput);
   }
 }

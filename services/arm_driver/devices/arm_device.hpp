@@ -159,6 +159,9 @@ struct DeviceType {
   std::vector<ListeningPort> (*ports)(const DeviceSetup& setup) = nullptr;
   /// What `hecaton check` says about the arm beside errors, a sentence each. Null: nothing. Throws as make.
   std::vector<std::string> (*notes)(const DeviceSetup& setup, const planner::RobotModel& model) = nullptr;
+  /// What a person does after `hecaton up` until the arm follows: commands, or comments that begin with #. ARM stands
+  /// for the name of the arm. Empty: the arm follows by itself.
+  std::vector<std::string_view> steps{};
 };
 
 /// The kinds of devices of this program.

@@ -8,9 +8,19 @@ namespace hecaton::device {
 const std::vector<DeviceType>& device_types() {
   static const std::vector<DeviceType> types = {
       {"simulated", {}, make_simulated_arm},
-      {"universal_robots", kUniversalRobotsKeys, make_universal_robots_arm, universal_robots_ports,
-       universal_robots_notes},
-      {"abb_egm", kAbbEgmKeys, make_abb_egm_arm, abb_egm_ports, abb_egm_notes},
+      {"universal_robots",
+       kUniversalRobotsKeys,
+       make_universal_robots_arm,
+       universal_robots_ports,
+       universal_robots_notes,
+       {"hecaton device ARM on", "hecaton resume ARM", "# the real arm ARM moves now: stand at its emergency stop"}},
+      {"abb_egm",
+       kAbbEgmKeys,
+       make_abb_egm_arm,
+       abb_egm_ports,
+       abb_egm_notes,
+       {"# at the FlexPendant of ARM: switch the motors on and start the RAPID program", "hecaton resume ARM",
+        "# the real arm ARM moves now: stand at its emergency stop"}},
   };
   return types;
 }

@@ -10,6 +10,17 @@ Units are SI: metres, radians, seconds, kilograms. Poses are in the frame W of t
 from base to tip. Failures are exceptions of hecaton.errors, with `kind` and `subject` for programs.
 """
 
+try:
+    from . import _hecaton as _module
+except ImportError as _error:
+    import pathlib as _pathlib
+
+    from ._native import sentence as _sentence
+    _reason = _sentence(_pathlib.Path(__file__).parent)
+    if _reason is None:
+        raise
+    raise ImportError(_reason, name="hecaton._hecaton") from _error
+
 from ._hecaton import (
     ARM_MODES, CAUSE_KINDS, CELL_MODES, FREE_ROTATIONS, GOAL_STATES, NODE_KINDS, NODE_STATES, SEVERITIES, ArmState,
     ArmStatus, Binding, Box, Capsule, Cause, CellStatus, Circle, ContactReport, ConvexHull, Conveyor, Cylinder, Dynamic,

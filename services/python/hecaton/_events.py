@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
-from typing import Callable, Protocol
+from typing import Callable, Protocol, TypeVar
 
 from ._hecaton import Fault, NativeGoal, Progress, Session
+
+T = TypeVar("T")
 
 
 class Subscriber(Protocol):
@@ -23,11 +26,12 @@ class Events:
 
     def __init__(self, session: Session) -> None:
         self._session = session
+        self._process = os.getpid()
         # Reentrant: the garbage collector may close a connection in the middle of a delivery.
         self._lock = threading.RLock()
         self._thread: threading.Thread | None = None
         self._goals: dict[str, list[Subscriber]] = {}
-        self._on_fault: Callable[[Fault], None] | None = None
+        self._on_fault: Callable[[Fault], object] | None = None
 
     def subscribe(self, goal: NativeGoal, subscriber: Subscriber) -> None:
         """Calls `subscriber` with the newest progress and each later one, until the goal ends."""
@@ -48,7 +52,7 @@ class Events:
             if not subscribers:
                 self._goals.pop(goal, None)
 
-    def on_fault(self, callback: Callable[[Fault], None] | None) -> None:
+    def on_fault(self, callback: Callable[[Fault], object] | None) -> None:
         with self._lock:
             self._on_fault = callback
             if callback is None:
@@ -57,7 +61,9 @@ class Events:
         self._session.watch_faults()
 
     def close(self) -> None:
-        """Closes the session and ends the thread."""
+        """Closes the session and ends the thread. In a child of os.fork() it does nothing: both are the parent's."""
+        if os.getpid() != self._process:
+            return
         self._session.close()
         with self._lock:
             thread, left = self._thread, [each for group in self._goals.values() for each in group]
@@ -92,7 +98,7 @@ class Events:
             _call(subscriber.progress, progress)
 
 
-def _call(callback: Callable, argument: object) -> None:
+def _call(callback: Callable[[T], object], argument: T) -> None:
     """An exception of a callback is printed, as in other threads; the next event is delivered."""
     try:
         callback(argument)

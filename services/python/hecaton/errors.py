@@ -36,11 +36,11 @@ class NoAnswer(Error):
 
 
 class Closed(Error):
-    """The connection was closed, also during a wait."""
+    """The connection was closed, also during a wait; `kind` "forked": it belongs to the parent of this process."""
 
 
 class InvalidArgument(Error, ValueError):
-    """An invalid argument: a cell file, a domain, a pose, a shape, or a goal of a wrong type."""
+    """An invalid argument: a cell file, a domain, an unknown arm, or a wrong value or type of another argument."""
 
 
 class _GoalError(Error):

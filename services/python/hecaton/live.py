@@ -7,23 +7,18 @@ import os
 import queue
 import time
 import weakref
-from typing import AsyncIterator, Callable, Iterable, Iterator, Sequence, Union
+from typing import Any, AsyncIterator, Callable, Generator, Iterable, Iterator
 
-import numpy as np
-
-from . import _hecaton
+from . import _arguments, _hecaton
+from ._arguments import Motion, Shape, Target, limit
 from ._events import Events
 from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt
-from .errors import GoalFailed, InvalidArgument, WaitTimeout
+from .errors import GoalFailed, WaitTimeout
 
 __all__ = ["Cell", "Arm", "Goal", "World", "connect", "ANSWER_LIMIT"]
 
 ANSWER_LIMIT = 2.0
 """Default time limit of requests, orders and edits [s]."""
-
-Target = Union[str, Pose, Sequence[float], np.ndarray]
-Shape = Union[_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull]
-Motion = Union[_hecaton.Static, _hecaton.Conveyor, _hecaton.Sine, _hecaton.Circle, _hecaton.Dynamic]
 
 
 class _Link:
@@ -76,33 +71,34 @@ class Goal:
         With `check`, raises GoalFailed for a goal that ended unreached, and WaitTimeout for one that continues. Ctrl-C
         ends the wait; the goal continues.
         """
-        return self._checked(self._native.wait(timeout), check)
+        return self._checked(self._native.wait(limit("timeout", timeout)), check)
 
     async def ended(self, timeout: float | None = None, *, check: bool = True) -> Outcome:
         """The same for asyncio. A cancelled task leaves the goal as it is: see cancel()."""
         waiter = _Ended(asyncio.get_running_loop())
         self._link.events.subscribe(self._native, waiter)
         try:
-            await asyncio.wait_for(waiter.future, timeout)
+            await asyncio.wait_for(waiter.future, limit("timeout", timeout))
         except asyncio.TimeoutError:
             pass
         finally:
             self._link.events.unsubscribe(self.id, waiter)
         return self._checked(self._native.wait(0.0), check)
 
-    def __await__(self):
+    def __await__(self) -> Generator[Any, None, Outcome]:
         return self.ended().__await__()
 
     def cancel(self) -> None:
         """Cancels the goal: the arm brakes. Does not wait: the outcome becomes cancelled when the planner confirms."""
         self._native.cancel()
 
-    def on_progress(self, callback: Callable[[Progress], None]) -> None:
+    def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Calls `callback` with the newest progress and each later one, until the goal ends.
 
         It runs in a thread of the connection, one callback after the other; it may wait, but then it delays the next.
         The newest progress may come again when another subscription to the goal begins.
         """
+        _arguments.require_function("callback", callback)
         self._link.events.subscribe(self._native, _Callback(callback))
 
     def updates(self) -> Iterator[Progress]:
@@ -164,13 +160,15 @@ class Arm:
         tool frame in W. The planner ends the goal after `time_limit` [s]. For a Pose: `free_rotation` is none, roll,
         pitch, yaw or all; tolerances in [m] and [rad].
         """
-        native = self._link.session.go_to(self._name, target, time_limit, free_rotation, position_tolerance,
-                                          orientation_tolerance)
+        native = self._link.session.go_to(self._name, target, limit("time_limit", time_limit),
+                                          _arguments.word("free_rotation", free_rotation, _hecaton.FREE_ROTATIONS),
+                                          _arguments.number("position_tolerance", position_tolerance),
+                                          _arguments.number("orientation_tolerance", orientation_tolerance))
         return Goal(self._link, native, self._name)
 
     def state(self, timeout: float | None = ANSWER_LIMIT) -> ArmState:
         """The last measured state, with its age. The first call waits until a state has arrived."""
-        return self._link.session.arm_state(self._name, timeout)
+        return self._link.session.arm_state(self._name, limit("timeout", timeout))
 
     @property
     def goal(self) -> Progress | None:
@@ -179,15 +177,15 @@ class Arm:
 
     def hold(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Brakes the arm and keeps its goal."""
-        return self._link.session.hold([self._name], timeout)
+        return self._link.session.hold([self._name], limit("timeout", timeout))
 
     def resume(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Ends hold and stop of this arm."""
-        return self._link.session.resume([self._name], timeout)
+        return self._link.session.resume([self._name], limit("timeout", timeout))
 
     def stop(self, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """As hold, latched until resume."""
-        return self._link.session.stop([self._name], timeout)
+        return self._link.session.stop([self._name], limit("timeout", timeout))
 
     def __repr__(self) -> str:
         return f"<hecaton.Arm {self._name}>"
@@ -204,27 +202,32 @@ class World:
     def add(self, name: str, shape: Shape, pose: Pose, motion: Motion | None = None, *,
             timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Adds an obstacle. `name` must be unique; `pose` is that of its frame in W; without `motion` it stays."""
-        return self._link.session.add(name, shape, pose, motion or _hecaton.Static(), timeout)
+        moves = _hecaton.Static() if motion is None else _arguments.one_of("motion", motion, _arguments.MOTIONS)
+        return self._link.session.add(_arguments.text("name", name), _arguments.one_of("shape", shape, _arguments.SHAPES),
+                                      _arguments.pose("pose", pose), moves, limit("timeout", timeout))
 
     def move(self, name: str, pose: Pose, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Moves an obstacle to `pose` in W and ends its scripted motion."""
-        return self._link.session.move(name, pose, timeout)
+        return self._link.session.move(_arguments.text("name", name), _arguments.pose("pose", pose),
+                                       limit("timeout", timeout))
 
     def remove(self, name: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Removes an obstacle."""
-        return self._link.session.remove(name, timeout)
+        return self._link.session.remove(_arguments.text("name", name), limit("timeout", timeout))
 
     def attach(self, arm: str, obstacle: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Attaches an obstacle to the tool of an arm at its present pose, at most 0.1 m from the tool."""
-        return self._link.session.attach(arm, obstacle, timeout)
+        return self._link.session.attach(_arguments.text("arm", arm), _arguments.text("obstacle", obstacle),
+                                         limit("timeout", timeout))
 
     def detach(self, arm: str, obstacle: str, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Detaches an obstacle at its present pose. Dynamic obstacles fall."""
-        return self._link.session.detach(arm, obstacle, timeout)
+        return self._link.session.detach(_arguments.text("arm", arm), _arguments.text("obstacle", obstacle),
+                                         limit("timeout", timeout))
 
     def obstacles(self, timeout: float | None = ANSWER_LIMIT) -> list[ObstacleState]:
         """All obstacles, with their age. The first call waits until their states have arrived."""
-        return self._link.session.obstacles(timeout)
+        return self._link.session.obstacles(limit("timeout", timeout))
 
 
 class Cell:
@@ -245,43 +248,51 @@ class Cell:
         return self._world
 
     def arm(self, name: str) -> Arm:
-        """A handle to an arm. Does not check the name: a goal of an unknown arm stays unanswered."""
+        """A handle to an arm. Raises InvalidArgument, with the names of all arms, when the cell has no such arm.
+
+        Does not wait for a name of the cell file or of the last status. Any other name is checked by the status, which
+        the supervisor must answer within ANSWER_LIMIT: else a name stays unchecked, unless connected with a cell file.
+        """
+        self._link.session.require_arm(_arguments.text("name", name), ANSWER_LIMIT)
         return Arm(self._link, name)
 
     def arms(self, timeout: float | None = ANSWER_LIMIT) -> list[Arm]:
         """All arms, in the order of the cell file. Requests the status from the supervisor."""
-        return [self.arm(status.name) for status in self.status(timeout).arms]
+        return [Arm(self._link, status.name) for status in self.status(timeout).arms]
 
     def status(self, timeout: float | None = ANSWER_LIMIT) -> CellStatus:
         """Requests the status from the supervisor."""
-        return self._link.session.status(timeout)
+        return self._link.session.status(limit("timeout", timeout))
 
     def hold(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Brakes all arms, or those named, and keeps their goals. Returns when the order was carried out."""
-        return self._link.session.hold(_names(arms), timeout)
+        return self._link.session.hold(_names(arms), limit("timeout", timeout))
 
     def resume(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Ends hold and stop. Arms that were stopped by name or by their device must be resumed by name."""
-        return self._link.session.resume(_names(arms), timeout)
+        return self._link.session.resume(_names(arms), limit("timeout", timeout))
 
     def stop(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """As hold, latched until resume."""
-        return self._link.session.stop(_names(arms), timeout)
+        return self._link.session.stop(_names(arms), limit("timeout", timeout))
 
     def faults(self) -> list[Fault]:
         """Faults received so far. The first call subscribes to faults; status() updates them. Does not wait."""
         return self._link.session.faults()
 
-    def on_fault(self, callback: Callable[[Fault], None] | None) -> None:
+    def on_fault(self, callback: Callable[[Fault], object] | None) -> None:
         """Calls `callback` with each present fault, and with each that begins, changes or is cleared. None: no calls.
 
         It replaces the earlier callback, and runs in a thread of the connection, like that of Goal.on_progress.
         """
+        if callback is not None:
+            _arguments.require_function("callback", callback)
         self._link.events.on_fault(callback)
 
     def wait_all(self, goals: Iterable[Goal], timeout: float | None = None, *, check: bool = True) -> list[Outcome]:
         """Waits until all goals have ended, for at most `timeout` [s]. Outcomes in the same order; `check` as in wait."""
-        end = None if timeout is None else time.monotonic() + timeout
+        seconds = limit("timeout", timeout)
+        end = None if seconds is None else time.monotonic() + seconds
         pending = list(goals)
         outcomes = [goal.wait(None if end is None else end - time.monotonic(), check=False) for goal in pending]
         return [goal._checked(outcome, check) for goal, outcome in zip(pending, outcomes)]
@@ -309,22 +320,20 @@ def connect(cell_file: str | os.PathLike[str] | None = None, *, domain: int | No
     supervisor or the world service is found, and raises Unreachable when none is within `timeout` [s].
     """
     path = None if cell_file is None else os.fspath(cell_file)
-    return Cell(_Link(_hecaton.Session.connect(path, domain, timeout)))
+    number = None if domain is None else _arguments.whole("domain", domain, 0, _hecaton.HIGHEST_DOMAIN)
+    return Cell(_Link(_hecaton.Session.connect(path, number, limit("timeout", timeout))))
 
 
 def _names(arms: Iterable[str] | None) -> list[str]:
-    """An empty list is an order for the whole cell, which the caller of an empty selection does not want."""
-    if arms is None:
-        return []
-    names = [arms] if isinstance(arms, str) else list(arms)
-    if not names:
-        raise InvalidArgument("arms is empty: name at least one arm, or omit it for the whole cell", "invalid_value")
-    return names
+    return [] if arms is None else _arguments.texts("arms", arms)
 
 
 class _Callback:
-    def __init__(self, callback: Callable[[Progress], None]) -> None:
-        self.progress = callback
+    def __init__(self, callback: Callable[[Progress], object]) -> None:
+        self._callback = callback
+
+    def progress(self, progress: Progress) -> None:
+        self._callback(progress)
 
     def closed(self) -> None:
         pass

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from typing import Mapping, NamedTuple, Sequence, Union
+from typing import Mapping, NamedTuple
 
-import numpy as np
-
-from . import _hecaton
+from . import _arguments, _hecaton
+from ._arguments import Joints, Vector
 from ._hecaton import PlanAnswer, Pose
 from .errors import InvalidArgument
 
 __all__ = ["CellFile", "ArmModel", "Finding", "Limits", "MissedTask", "Separation", "SimulationReport", "load"]
 
-Joints = Union[str, Sequence[float], np.ndarray]
+_MOST = 2**31 - 1
+_HIGHEST_SEED = 2**64 - 1
 
 
 class Finding(NamedTuple):
@@ -34,10 +34,10 @@ class Separation(NamedTuple):
 class Limits(NamedTuple):
     """Limits of the joints from base to tip [rad | m and per second], NumPy arrays."""
 
-    lower: np.ndarray
-    upper: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
+    lower: Vector
+    upper: Vector
+    velocity: Vector
+    acceleration: Vector
 
 
 class MissedTask(NamedTuple):
@@ -58,7 +58,7 @@ class SimulationReport(NamedTuple):
     not_drawn: int
     contacts: int
     duration: float
-    reach_times: np.ndarray
+    reach_times: Vector
     smallest: Separation | None
     missed: list[MissedTask]
 
@@ -71,7 +71,7 @@ class ArmModel:
     def __init__(self, model: _hecaton.CellModel, name: str) -> None:
         self._model = model
         self._name = name
-        self._poses: dict[str, np.ndarray] = model.poses(name)
+        self._poses: dict[str, Vector] = model.poses(name)
 
     @property
     def name(self) -> str:
@@ -89,12 +89,12 @@ class ArmModel:
         return Limits(**self._model.limits(self._name))
 
     @property
-    def poses(self) -> dict[str, np.ndarray]:
+    def poses(self) -> dict[str, Vector]:
         """Named joint positions [rad | m]."""
         return dict(self._poses)
 
     @property
-    def start(self) -> np.ndarray:
+    def start(self) -> Vector:
         """Where the arm starts [rad | m]."""
         return self._model.start(self._name)
 
@@ -106,25 +106,28 @@ class ArmModel:
         """The poses of all link frames in W, by name."""
         return self._model.links(self._name, self._joints(q))
 
-    def jacobian(self, q: Joints) -> np.ndarray:
+    def jacobian(self, q: Joints) -> Vector:
         """Shape (6, joints): angular, then linear velocity of the tool frame in W for each joint rate."""
         return self._model.jacobian(self._name, self._joints(q))
 
     def inverse(self, pose: Pose, *, start: Joints | None = None, free_rotation: str = "none",
                 position_tolerance: float = 1e-4, orientation_tolerance: float = 1e-3, collision_free: bool = True,
-                seeds: int = 32) -> np.ndarray | None:
+                seeds: int = 32) -> Vector | None:
         """Joint positions within the limits that bring the tool frame to `pose` in W; None when none is found.
 
         The search begins at `start` (where the arm starts), then at `seeds` random configurations; it is deterministic.
         `collision_free`: clear of the arm itself, of obstacles, and of links of other arms that no joint moves.
         """
         begin = None if start is None else self._joints(start)
-        return self._model.inverse(self._name, pose, begin, free_rotation, position_tolerance, orientation_tolerance,
-                                   collision_free, seeds)
+        return self._model.inverse(self._name, _arguments.pose("pose", pose), begin,
+                                   _arguments.word("free_rotation", free_rotation, _hecaton.FREE_ROTATIONS),
+                                   _arguments.positive("position_tolerance", position_tolerance, "m"),
+                                   _arguments.positive("orientation_tolerance", orientation_tolerance, "rad"),
+                                   bool(collision_free), _arguments.whole("seeds", seeds, 0, _MOST))
 
-    def _joints(self, q: Joints) -> Sequence[float] | np.ndarray:
+    def _joints(self, q: Joints) -> Vector:
         if not isinstance(q, str):
-            return q
+            return _arguments.joints(f"joint positions of arm {self._name}", q)
         if q not in self._poses:
             raise InvalidArgument(f"arm {self._name} has no pose '{q}'; its poses are {', '.join(self._poses)}", "unknown_name", q)
         return self._poses[q]
@@ -158,7 +161,7 @@ class CellFile:
 
     def arm(self, name: str) -> ArmModel:
         """An arm by its name."""
-        return ArmModel(self._model, name)
+        return ArmModel(self._model, _arguments.text("name", name))
 
     def check(self) -> list[Finding]:
         """What `hecaton check` finds in the file, errors first; without its draw of a task."""
@@ -169,7 +172,7 @@ class CellFile:
 
         `positions`: joint positions by arm. Other arms are where they start.
         """
-        return Separation(*self._model.nearest(self._positions(positions)))
+        return Separation(*self._model.nearest(self._positions("positions", positions)))
 
     def plan(self, goal: Mapping[str, Joints], start: Mapping[str, Joints] | None = None, *, method: str | None = None,
              seed: int = 1, budget: float = 10.0, clearance: float = 0.0) -> PlanAnswer:
@@ -178,17 +181,24 @@ class CellFile:
         `goal`: joint positions by arm. `start`: of any arm, also of one that stays; without it an arm starts as in the
         file. `method`: a global planner, such as rrt_connect. `budget`: time limit [s]. `clearance`: distance kept [m].
         """
-        return self._model.plan(self._positions(goal), self._positions(start), method, seed, budget, clearance)
+        return self._model.plan(self._positions("goal", goal), self._positions("start", start),
+                                None if method is None else _arguments.text("method", method),
+                                _arguments.whole("seed", seed, 0, _HIGHEST_SEED),
+                                _arguments.positive("budget", budget, "s"),
+                                _arguments.distance("clearance", clearance))
 
     def simulate(self, tasks: int = 100, *, seed: int = 1, threads: int = 1) -> SimulationReport:
         """Simulates random conflicting tasks in virtual time, as `hecaton simulate` does. The same seed, the same report."""
-        values = self._model.simulate(tasks, seed, threads)
+        values = self._model.simulate(_arguments.whole("tasks", tasks, 1, _MOST),
+                                      _arguments.whole("seed", seed, 0, _HIGHEST_SEED),
+                                      _arguments.whole("threads", threads, 1, _MOST))
         values["smallest"] = None if values["smallest"] is None else Separation(*values["smallest"])
         values["missed"] = [MissedTask(*task) for task in values["missed"]]
         return SimulationReport(**values)
 
-    def _positions(self, positions: Mapping[str, Joints] | None) -> dict[str, Sequence[float] | np.ndarray]:
-        return {name: self.arm(name)._joints(q) for name, q in (positions or {}).items()}
+    def _positions(self, key: str, positions: Mapping[str, Joints] | None) -> dict[str, Vector]:
+        given = {} if positions is None else _arguments.by_arm(key, positions)
+        return {name: self.arm(name)._joints(q) for name, q in given.items()}
 
     def __repr__(self) -> str:
         return f"<hecaton.CellFile {self.name}>"

@@ -104,7 +104,7 @@ TEST(Tmpdir, IsRejectedWhenMissing) {
   const Tmpdir nowhere("/nonexistent");
   const Ran agent = run_hecaton({"agent", kThreePuma, "--log-level", "error", "--domain", domain});
   EXPECT_EQ(agent.code, 3);
-  EXPECT_EQ(agent.err, "the folder of the run, /nonexistent/hecaton-" + domain +
+  EXPECT_EQ(agent.err, "hecaton: the folder of the run, /nonexistent/hecaton-" + domain +
                            "-three_puma@localhost, cannot be used: No such file or directory; set TMPDIR to another "
                            "folder\n");
   const Ran up = run_hecaton({"up", kThreePuma, "--domain", domain});

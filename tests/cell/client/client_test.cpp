@@ -64,6 +64,30 @@ TEST_F(ClientTest, ReportsRejectedGoalsAndUnknownNames) {
   EXPECT_THROW(static_cast<void>(cell.world().remove(std::string(300, 'x'), kPatience)), InvalidArgument);
 }
 
+TEST_F(ClientTest, RefusesAnUnknownArmAsSoonAsTheNamesAreKnown) {
+  const auto expect_refusal = [](const Cell& cell) {
+    try {
+      static_cast<void>(cell.arm("nort"));
+      ADD_FAILURE();
+    } catch (const InvalidArgument& error) {
+      EXPECT_STREQ(error.what(), "'nort' is no arm of the cell; its arms are north, west, east");
+    }
+  };
+  ConnectOptions options;
+  options.domain = domain_.number();
+  options.cell_file = cell_file();
+  const Cell with_file = Cell::connect(options, kPatience);
+  expect_refusal(with_file);
+  EXPECT_EQ(with_file.arm("north").name(), "north");
+
+  const Cell without_file = connect();
+  EXPECT_TRUE(without_file.arms().empty());
+  EXPECT_EQ(without_file.arm("nort").name(), "nort") << "only the supervisor has the names";
+  static_cast<void>(without_file.status(kPatience));
+  EXPECT_EQ(without_file.arms(), (std::vector<std::string>{"north", "west", "east"}));
+  expect_refusal(without_file);
+}
+
 TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {
   const Cell cell = connect();
   const Arm arm = cell.arm("east");
@@ -79,6 +103,7 @@ TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {
 
 TEST_F(ClientTest, EndsAWaitWhenInterrupted) {
   const Cell cell = connect();
+  const Arm unknown = cell.arm("unknown");  // before an order brings the names
   cell.hold(kPatience);
   const Goal goal = cell.arm("north").go_to("ready");
   std::stop_source stop;
@@ -90,7 +115,7 @@ TEST_F(ClientTest, EndsAWaitWhenInterrupted) {
   waits.set_value();
   EXPECT_EQ(goal.wait({kForever, stop.get_token()}).kind, OutcomeKind::kInterrupted);
   interrupter.join();
-  EXPECT_THROW(static_cast<void>(cell.arm("unknown").state({kForever, stop.get_token()})), Interrupted);
+  EXPECT_THROW(static_cast<void>(unknown.state({kForever, stop.get_token()})), Interrupted);
   goal.cancel();
   cell.resume(kPatience);
 }

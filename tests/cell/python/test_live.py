@@ -145,6 +145,25 @@ class Goals(LiveCell):
         self.assertEqual((raised.exception.kind, raised.exception.subject), ("unknown_name", "south"))
 
 
+    def test_wrong_arguments_are_one_sentence(self):
+        north, world = self.cell.arm("north"), self.cell.world
+        for sentence, call in (
+                ("time_limit = 'a' must be a number of seconds, or None for no limit",
+                 lambda: north.go_to("home", time_limit="a")),
+                ("free_rotation = 'rol' must be none, roll, pitch, yaw or all",
+                 lambda: north.go_to("home", free_rotation="rol")),
+                ("timeout = nan must be a number of seconds, or None for no limit", lambda: north.state(float("nan"))),
+                ("name = 3 must be a str", lambda: self.cell.arm(3)),
+                ("arms = 5 must be a list of names", lambda: self.cell.hold(5)),
+                ("shape = 0.1 must be a hecaton.Box, hecaton.Sphere, hecaton.Cylinder, hecaton.Capsule or "
+                 "hecaton.ConvexHull", lambda: world.add("ball", 0.1, hecaton.Pose())),
+                ("pose = (1, 2, 3) must be a hecaton.Pose", lambda: world.move("post", (1, 2, 3))),
+                ("callback = 3 must be a function", lambda: self.cell.on_fault(3))):
+            with self.assertRaises(hecaton.InvalidArgument) as raised:
+                call()
+            self.assertEqual(str(raised.exception), sentence)
+
+
 class Obstacles(LiveCell):
     def test_shapes_appear_move_and_disappear(self):
         world = self.cell.world
@@ -211,6 +230,37 @@ class Connections(LiveCell):
         with self.assertRaises(hecaton.InvalidArgument):
             hecaton.connect("missing.yaml")
 
+    def test_unknown_arm_raises_with_all_names(self):
+        with hecaton.connect(domain=self.domain.number, timeout=60) as by_domain:
+            for cell in (self.cell, by_domain):
+                with self.assertRaises(hecaton.InvalidArgument) as raised:
+                    cell.arm("nort")
+                self.assertEqual(str(raised.exception), "'nort' is no arm of the cell; its arms are north, west, east")
+                self.assertEqual((raised.exception.kind, raised.exception.subject), ("unknown_name", "nort"))
+                self.assertEqual(cell.arm("north").name, "north")
+
+    def test_session_of_the_parent_is_refused_after_fork(self):
+        process = program("import hecaton, os, sys, threading\n"
+                          "cell = hecaton.connect(sys.argv[1], timeout=60)\n"
+                          "goal = cell.arm('north').go_to('home')\n"
+                          "goal.on_progress(lambda progress: None)\n"
+                          "child = os.fork()\n"
+                          "if child == 0:\n"
+                          "    for call in (cell.status, lambda: cell.arm('north'), goal.wait, cell.world.obstacles):\n"
+                          "        try:\n"
+                          "            call()\n"
+                          "        except hecaton.Closed as error:\n"
+                          "            print(error.kind, 'os.fork()' in str(error), flush=True)\n"
+                          "    cell.close()\n"
+                          "    del cell, goal\n"
+                          "    with hecaton.connect(sys.argv[1], timeout=60) as own:\n"
+                          "        print(own.status(60).cell, flush=True)\n"
+                          "    sys.exit(3)\n"
+                          "_, status = os.waitpid(child, 0)\n"
+                          "print(os.waitstatus_to_exitcode(status), cell.status(60).cell, flush=True)\n", self)
+        out, err = process.communicate(timeout=100)
+        self.assertEqual(out, "forked True\n" * 4 + "three_puma\n3 three_puma\n", err)
+
     def test_close_ends_waits_of_other_threads(self):
         cell = hecaton.connect(self.file, domain=self.domain.number, timeout=60)
         cell.hold()
@@ -266,13 +316,15 @@ class Connections(LiveCell):
         self.assertEqual((out, process.returncode), ("interrupted\n", 0), err)
 
     def test_interpreter_ends_with_callbacks_and_waiting_threads(self):
+        self.addCleanup(self.cell.resume)
         for _ in range(5):
             process = program("import hecaton, sys, threading\n"
                               "cell = hecaton.connect(sys.argv[1], timeout=60)\n"
+                              "cell.hold()  # so that no goal ends\n"
                               "goal = cell.arm('east').go_to('ready')\n"
                               "goal.on_progress(lambda progress: None)\n"
                               "cell.on_fault(print)\n"
-                              "other = cell.arm('south').go_to('ready')\n"
+                              "other = cell.arm('west').go_to('ready')\n"
                               "threading.Thread(target=other.wait, daemon=True).start()\n"
                               "next(goal.updates())\n"
                               "sys.exit(7)\n", self)

@@ -85,6 +85,67 @@ class Kinematics(unittest.TestCase):
             hecaton.Pose((0, 0, 0), (1, 1, 0, 0))
 
 
+class Refusals(unittest.TestCase):
+    """A wrong argument is one sentence with its name, its value and what is allowed."""
+
+    def setUp(self):
+        self.cell = hecaton.load(CELLS / "planar_2r.yaml")
+        self.arm = self.cell.arms[0]
+
+    def refused(self, sentence, call, *arguments, **keywords):
+        with self.assertRaises(hecaton.InvalidArgument) as raised:
+            call(*arguments, **keywords)
+        self.assertEqual(str(raised.exception), sentence)
+
+    def test_names_what_is_wrong_in_a_plan(self):
+        goal = {self.arm.name: "home"}
+        self.refused("budget = 0 must be a number above 0 [s]", self.cell.plan, goal, budget=0)
+        self.refused("budget = nan must be a number above 0 [s]", self.cell.plan, goal, budget=float("nan"))
+        self.refused("clearance = -1 must be a finite number of at least 0 [m]", self.cell.plan, goal, clearance=-1)
+        self.refused("seed = -1 must be a whole number from 0 to 18446744073709551615", self.cell.plan, goal, seed=-1)
+        self.refused("method = 3 must be a str", self.cell.plan, goal, method=3)
+        self.refused('goal = \'home\' must be a dict of joint positions by arm, such as {"north": "ready"}',
+                     self.cell.plan, "home")
+        plan = self.cell.plan({self.arm.name: self.arm.start})
+        self.refused("period = inf must be a finite number above 0 [s]", plan.trajectory, float("inf"))
+        self.refused("period = 0 must be a finite number above 0 [s]", plan.trajectory, 0)
+        self.refused("'fine' must be a number", plan.trajectory, "fine")
+
+    def test_names_what_is_wrong_in_a_simulation(self):
+        self.refused("tasks = 0 must be a whole number from 1 to 2147483647", self.cell.simulate, 0)
+        self.refused("tasks = 2.5 must be a whole number from 1 to 2147483647", self.cell.simulate, 2.5)
+        self.refused("threads = 0 must be a whole number from 1 to 2147483647", self.cell.simulate, 1, threads=0)
+
+    def test_names_what_is_wrong_in_kinematics(self):
+        must_be = "must be the name of a pose, or a sequence of joint positions"
+        self.refused(f"joint positions of arm {self.arm.name} = ['a', 'b'] {must_be}", self.arm.forward, ["a", "b"])
+        self.refused(f"joint positions of arm {self.arm.name} = 3 {must_be}", self.arm.forward, 3)
+        self.refused("pose = (1, 2, 3) must be a hecaton.Pose", self.arm.inverse, (1, 2, 3))
+        self.refused("free_rotation = 'rol' must be none, roll, pitch, yaw or all", self.arm.inverse, hecaton.Pose(),
+                     free_rotation="rol")
+
+    def test_names_what_is_wrong_in_a_pose_or_a_shape(self):
+        self.refused("'a' must be a number", hecaton.Box, 1, "a", 2)
+        self.refused("None must be a number", hecaton.Pose.xyz, 1, 2, None)
+        self.refused("'s' must be a number", hecaton.Sine, (0, 0, 1), "s")
+        self.refused("(1, 2) must be three numbers, such as [0.1, 0, 0.5]", hecaton.Pose, (1, 2))
+        self.refused("rotation = 'x' must be a unit quaternion (w, x, y, z)", hecaton.Pose, rotation="x")
+        self.refused("a pose matrix must have the shape (4, 4)", hecaton.Pose.from_matrix, "x")
+        self.refused("points must be an array of shape (N, 3)", hecaton.ConvexHull, None)
+
+    def test_names_the_allowed_domains(self):
+        self.refused("domain = 500 must be a whole number from 0 to 199", hecaton.connect, domain=500)
+        self.refused("domain = '42' must be a whole number from 0 to 199", hecaton.connect, domain="42")
+        self.refused("timeout = 'long' must be a number of seconds, or None for no limit", hecaton.connect, domain=42,
+                     timeout="long")
+
+    def test_unknown_arm_has_kind_and_subject(self):
+        with self.assertRaises(hecaton.InvalidArgument) as raised:
+            self.cell.arm("nort")
+        self.assertEqual((raised.exception.kind, raised.exception.subject), ("unknown_name", "nort"))
+        self.assertIn(self.arm.name, str(raised.exception))
+
+
 class Planning(unittest.TestCase):
     def test_nearest_pair_names_bodies(self):
         cell = hecaton.load(THREE_PUMA)

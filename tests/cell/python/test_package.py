@@ -1,14 +1,21 @@
 """The package's files: stubs and documentation agree with the module."""
 
 import ast
+import importlib.util
 import inspect
+import os
 import pathlib
+import subprocess
+import sys
+import tempfile
 import unittest
 
 import hecaton
 from hecaton import _hecaton
 
 STUB = pathlib.Path(hecaton.__file__).with_name("_hecaton.pyi")
+HERE = pathlib.Path(__file__).parent
+EXAMPLES = HERE.parents[2] / "examples" / "python"
 
 
 class Stubs(unittest.TestCase):
@@ -33,6 +40,44 @@ class Stubs(unittest.TestCase):
         self.assertEqual(tuple(words["GoalState"][:-1]), hecaton.GOAL_STATES)
         self.assertEqual(tuple(words["FreeRotation"]), hecaton.FREE_ROTATIONS)
         self.assertEqual(tuple(words["Mode"][:-1]), hecaton.CELL_MODES)
+
+
+    @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
+    def test_programs_with_types_pass_strict_mypy(self):
+        environment = dict(os.environ, MYPYPATH=str(STUB.parent.parent))
+        for program in (HERE / "typed_program.py", EXAMPLES / "camera_obstacles.py", EXAMPLES / "two_arms_hand_over.py"):
+            with tempfile.TemporaryDirectory() as cache:
+                done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, program],
+                                      env=environment, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Import(unittest.TestCase):
+    """Imports a copy of the package whose native part has another file name."""
+
+    def failure(self, native):
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "hecaton"
+            package.mkdir()
+            for file in STUB.parent.glob("*.py"):
+                (package / file.name).symlink_to(file.resolve())
+            if native:
+                (package / native).touch()
+            done = subprocess.run([sys.executable, "-c", "import hecaton"], env=dict(os.environ, PYTHONPATH=folder),
+                                  capture_output=True, text=True)
+        self.assertNotEqual(done.returncode, 0)
+        return done.stderr.splitlines()[-1]
+
+    def test_other_python_is_told_which_one_is_needed(self):
+        failure = self.failure("_hecaton.cpython-299-x86_64-linux-gnu.so")
+        self.assertIn("hecaton is built for CPython 2.99, but", failure)
+        self.assertTrue(failure.endswith("run the program with python2.99"), failure)
+
+    def test_missing_native_part_is_named(self):
+        self.assertIn("the native part of hecaton is missing", self.failure(""))
+
+    def test_broken_native_part_keeps_its_own_error(self):
+        self.assertIn("file too short", self.failure(pathlib.Path(_hecaton.__file__).name))
 
 
 class Documentation(unittest.TestCase):

@@ -77,7 +77,8 @@ class HECATON_API Interrupted : public Error {
   using Error::Error;
 };
 
-/// An invalid argument: an invalid cell file, a domain out of range or with several cells, or too many joint positions.
+/// An invalid argument: an invalid cell file, a domain out of range or with several cells, an unknown arm, or too many
+/// joint positions.
 class HECATON_API InvalidArgument : public Error {
  public:
   using Error::Error;
@@ -226,8 +227,13 @@ class HECATON_API Cell {
   /// A handle to an existing connection.
   explicit Cell(std::shared_ptr<client::Connection> connection);
 
-  /// Does not check the name: a goal of an unknown arm stays unanswered, an order is rejected, a state is unreachable.
+  /// A handle to an arm. Throws InvalidArgument, with the names of all arms, for a name that is not among arms(). Does
+  /// not wait, and does not check the name while arms() is empty: then a goal of an unknown arm stays unanswered, an
+  /// order is rejected, a state is unreachable.
   [[nodiscard]] Arm arm(const std::string& name) const;
+  /// Names of the arms as far as this connection knows them: those of the last status, else of the cell file. Empty:
+  /// connected without a cell file, and no status has arrived. Does not wait.
+  [[nodiscard]] std::vector<std::string> arms() const;
   [[nodiscard]] World world() const;  ///< handle to the obstacles
 
   /// Requests the status from the supervisor. Throws Unreachable, Interrupted, and InvalidArgument when several cells
@@ -235,9 +241,9 @@ class HECATON_API Cell {
   [[nodiscard]] CellStatus status(const Wait& wait = kAnswerLimit) const;
 
   /// Orders for the whole cell. hold() brakes all arms and keeps their goals. stop() does the same and latches until
-  /// resume(). Arms that were stopped by name or by their device must be resumed by name; resume() of an arm is rejected
-  /// while the fault of its device lasts. All return when the supervisor has carried the order out. All throw Rejected,
-  /// Unreachable (the order was not carried out), Interrupted, and InvalidArgument when several cells answer.
+  /// resume(). Arms that were stopped by name or by their device must be resumed by name; resume() of an arm is
+  /// rejected while the fault of its device lasts. All return when the supervisor has carried the order out. All throw
+  /// Rejected, Unreachable (the order was not carried out), Interrupted, and InvalidArgument when several cells answer.
   Receipt hold(const Wait& wait = kAnswerLimit) const;
   Receipt resume(const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop
   Receipt stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume

@@ -37,6 +37,17 @@ TEST(DeviceChoice, IsASimulatedArmByDefault) {
   EXPECT_NE(make_device(cell(""), 0, "", device::device_types()), nullptr);
 }
 
+TEST(DeviceChoice, NamesTheArmInEachStep) {
+  EXPECT_TRUE(device_steps(cell("")).empty()) << "a simulated arm follows by itself";
+  for (const device::DeviceType& type : device::device_types()) {
+    for (const std::string_view step : type.steps) EXPECT_NE(step.find("ARM"), std::string_view::npos) << step;
+  }
+  const auto steps = device_steps(cell("    device: {type: abb_egm, port: 6510}\n"));
+  ASSERT_EQ(steps.size(), 3U);
+  EXPECT_TRUE(steps[0].starts_with("# at the FlexPendant of left: ")) << steps[0];
+  EXPECT_EQ(steps[1], "hecaton resume left");
+}
+
 TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
   EXPECT_EQ(refusal("    device: {type: telepathic}\n"),
             "arms[0].device.type = telepathic must be simulated, universal_robots or abb_egm");

@@ -45,6 +45,31 @@ TEST_F(InitTest, WritesACellThatChecksDrawsTasksAndSimulates) {
   EXPECT_EQ(Json::parse(simulate.out)["contacts"], 0);
 }
 
+/// The lines of `text` from the one that begins with `begin` on.
+std::string from_line(const std::string& text, const std::string& begin) {
+  const std::size_t at = text.find("\n" + begin);
+  return at == std::string::npos ? "no line '" + begin + "' in: " + text : text.substr(at + 1);
+}
+
+TEST_F(InitTest, NextCommandsFindTheCellAndCanBeCopied) {
+  const std::string cell = path("my cell.yaml");
+  const auto steps_with = [&](const std::string& more) {
+    std::ofstream(cell) << "arms:\n  - {name: north, robot: ur5e" << more;
+    return from_line(run_line({"check", cell}).out, "next: ");
+  };
+  const std::string quoted = "'" + cell + "'";
+  const std::string live = "then: hecaton up " + quoted + "\nand in a second terminal:\n";
+  const std::string by_file = " --cell " + quoted + "\n";
+  EXPECT_EQ(from_line(steps_with("}\n"), "then: "), live + "  hecaton goal north --named ready --wait\n");
+  EXPECT_EQ(from_line(steps_with("}\nnetwork: {domain: 7}\n"), "then: "),
+            live + "  hecaton goal north --named ready --wait" + by_file);
+  EXPECT_EQ(from_line(steps_with(", device: {type: universal_robots, robot_ip: 192.168.0.10}}\nnetwork: {domain: 7}\n"),
+                      "then: "),
+            live + "  hecaton device north on" + by_file + "  hecaton resume north" + by_file +
+                "  # the real arm north moves now: stand at its emergency stop\n" +
+                "  hecaton goal north --named ready --wait" + by_file);
+}
+
 TEST_F(InitTest, LeavesAnExistingFileAsItIs) {
   std::ofstream(path("cell.yaml")) << "mine\n";
   const Ran ran = run_line({"init", "-o", path("cell.yaml"), "left=ur5e"});

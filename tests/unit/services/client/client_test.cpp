@@ -112,9 +112,20 @@ TEST(Deadline, IsFiniteForEveryLimit) {
   }
 }
 
-TEST(Connect, RejectsAMissingFileAndAnInvalidDomain) {
+TEST(Connect, RejectsAMissingFile) {
   EXPECT_THROW(static_cast<void>(Cell::connect("/nonexistent.yaml")), InvalidArgument);
-  EXPECT_THROW(static_cast<void>(Cell::connect({std::nullopt, 100'000})), InvalidArgument);
+}
+
+TEST(Connect, RejectsADomainOutsideItsRangeWithBoth) {
+  for (const int domain : {-1, 200, 500}) {
+    try {
+      static_cast<void>(Cell::connect({std::nullopt, domain}));
+      ADD_FAILURE() << domain;
+    } catch (const InvalidArgument& error) {
+      EXPECT_EQ(std::string(error.what()),
+                "domain = " + std::to_string(domain) + " must be a whole number from 0 to 199");
+    }
+  }
 }
 
 }  // namespace

@@ -27,6 +27,13 @@ TEST(PercentText, IsADashOfZero) {
   EXPECT_EQ(percent_text(0, 0), "–");
 }
 
+TEST(ShellWord, QuotesWhatTheShellWouldChange) {
+  EXPECT_EQ(shell_word("deploy/cells/three_puma.yaml"), "deploy/cells/three_puma.yaml");
+  EXPECT_EQ(shell_word("my cell.yaml"), "'my cell.yaml'");
+  EXPECT_EQ(shell_word("it's $HOME"), "'it'\\''s $HOME'");
+  EXPECT_EQ(shell_word(""), "''");
+}
+
 TEST(DisplayWidth, CountsCharactersWithoutEscapes) {
   EXPECT_EQ(display_width("µs – 18 mm"), 10U);
   EXPECT_EQ(display_width(Palette(true).red("fault")), 5U);

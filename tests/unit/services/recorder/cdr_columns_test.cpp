@@ -3,6 +3,7 @@
 #include "services/recorder/cdr_columns.hpp"
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "services/recorder/bag.hpp"
 #include "services/recorder/mcap_writer.hpp"
+#include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::test {
@@ -151,7 +153,31 @@ TEST(ExportCsv, WritesOneFileForEachTopic) {
                 ",north,3,41,-5,planner/north,0.01,0.1,\r\n"
                 "20,10,planner/north,01ab," +
                 version + ",north,3,41,-5,planner/north,0.01,0.2,0.3\r\n");
-  EXPECT_THROW(export_csv(path, folder.path("out/csv")), RecordingError);  // existing files stay
+  EXPECT_THROW(export_csv(path, folder.path("out/csv")), RecordingError);
+  EXPECT_TRUE(std::filesystem::exists(folder.path("out/csv/ArmCommand.csv"))) << "existing files stay";
+}
+
+TEST(ExportCsv, SaysThatTheDiskIsFullAndKeepsNoFile) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path("csv");
+  // Many rows meet the limit while they are written, few when their file is closed.
+  for (const std::uint32_t rows : {300U, 3U}) {
+    const std::string path = folder.path(std::to_string(rows) + ".mcap");
+    McapWriter writer(path, "hecaton");
+    const std::uint16_t schema = writer.add_schema("hecaton::msg::ArmCommand", "omgidl", "");
+    const std::uint16_t channel = writer.add_channel(schema, "hecaton/ArmCommand", "cdr", {{"node", "planner/north"}});
+    for (std::uint32_t i = 0; i < rows; ++i) writer.write({channel, i, 20, 10, arm_command(true, {0.1})});
+    writer.close();
+    const FullDisk full(100);
+    try {
+      export_csv(path, out);
+      ADD_FAILURE() << rows;
+    } catch (const RecordingError& error) {
+      EXPECT_NE(std::string(error.what()).find("ArmCommand.csv cannot be written: the disk is full"), std::string::npos)
+          << error.what();
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(out));
+  }
 }
 
 }  // namespace
