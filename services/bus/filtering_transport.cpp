@@ -49,15 +49,8 @@ class FilteringTransport : public FrontTransport {
     if (size < kPrefixAt + sender.size()) return;
     std::copy_n(data + kPrefixAt, sender.size(), sender.begin());
     const std::string_view malformed = filter_->datagrams.refuse({data, size}, Clock::now());
-    if (!malformed.empty()) {
-      Refused refused;
-      std::copy(sender.begin(), sender.end(), refused.sender.bytes.begin());
-      refused.text = malformed;
-      refused.address = address_text(remote);
-      refused.last = Clock::now();
-      filter_->refusals.note(std::move(refused));
-      return;
-    }
+    if (!malformed.empty()) return refuse(sender, malformed, remote);
+    if (filter_->quarantine.is_revoked(sender)) return refuse(sender, "its keys are revoked", remote);
     if (!filter_->quarantine.accepts(sender, Clock::now())) return;
     if (DatagramCheck::announces_departure({data, size})) return;
     const std::size_t slot = filter_->receivers.enter(Clock::now());
@@ -66,6 +59,15 @@ class FilteringTransport : public FrontTransport {
   }
 
  private:
+  void refuse(const PeerQuarantine::Prefix& sender, std::string_view text, const rtps::Locator_t& remote) {
+    Refused refused;
+    std::copy(sender.begin(), sender.end(), refused.sender.bytes.begin());
+    refused.text = text;
+    refused.address = address_text(remote);
+    refused.last = Clock::now();
+    filter_->refusals.note(std::move(refused));
+  }
+
   FilteringTransportDescriptor descriptor_;
   std::shared_ptr<DatagramFilter> filter_;
 };

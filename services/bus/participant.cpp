@@ -91,11 +91,15 @@ bool set_identity(dds::DomainParticipantQos& qos, int domain, const Identities::
   return true;
 }
 
+/// Looking for newly revoked participants reads the state of a file.
+constexpr std::chrono::seconds kRevocationPeriod{1};
+
 /// The endpoints of a participant are found within this time after the participant itself.
 constexpr std::chrono::milliseconds kMatching{50};
 
 /// The plugins of DDS Security that Fast DDS has, with the files of a keystore's enclave.
-void set_identity_of_security(dds::DomainParticipantQos& qos, const std::filesystem::path& folder) {
+void set_identity_of_security(dds::DomainParticipantQos& qos, const ParticipantOptions& options) {
+  const std::filesystem::path& folder = options.identity;
   const auto set = [&](const std::string& key, const std::string& value) {
     qos.properties().properties().emplace_back("dds.sec." + key, value);
   };
@@ -104,6 +108,7 @@ void set_identity_of_security(dds::DomainParticipantQos& qos, const std::filesys
   set("auth.builtin.PKI-DH.identity_ca", file("identity_ca.cert.pem"));
   set("auth.builtin.PKI-DH.identity_certificate", file("cert.pem"));
   set("auth.builtin.PKI-DH.private_key", file("key.pem"));
+  if (!options.revocations.empty()) set("auth.builtin.PKI-DH.identity_crl", "file://" + options.revocations.string());
   set("access.plugin", "builtin.Access-Permissions");
   set("access.builtin.Access-Permissions.permissions_ca", file("permissions_ca.cert.pem"));
   set("access.builtin.Access-Permissions.governance", file("governance.p7s"));
@@ -118,7 +123,7 @@ dds::DomainParticipantQos participant_qos(const std::string& name, const Partici
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = duration(options.lease);
   discovery.leaseDuration_announcementperiod = duration(announcement_period(options.lease));
-  if (!options.identity.empty()) set_identity_of_security(qos, options.identity);
+  if (!options.identity.empty()) set_identity_of_security(qos, options);
   discovery.initial_announcements.count = 8;
   discovery.initial_announcements.period = duration(std::chrono::milliseconds(5));
   return qos;
@@ -150,9 +155,11 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 }
 
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
-    : mailbox_(options.mailbox),
+    : identity_expires(options.identity_expires),
+      mailbox_(options.mailbox),
       announce_departure_(options.announce_departure && options.identity.empty()),
-      secured_(!options.identity.empty()) {
+      secured_(!options.identity.empty()),
+      revoked_(options.revoked) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
   const std::string prefix = "bus: participant \"" + name + "\": ";
   if (domain < 0 || domain > kLastDomain) {
@@ -263,6 +270,7 @@ void Participant::Impl::run_monitor() {
     next_check_ = now + LocalStallGuard::kPeriod;
     lock.unlock();
     check_stall(now);
+    check_revocations(now);
     filter_->quarantine.update(now, receiving_since_);
     for (const auto& peer : handshakes_.take_overdue(now)) filter_->quarantine.dropped(peer, now);
     abort_if_deadlocked(now);
@@ -278,6 +286,12 @@ void Participant::Impl::check_stall(Clock::time_point now) {
   if (!filter_->stall_guard.update(now)) return;
   missing_.insert(peers_.begin(), peers_.end());
   recovered_ = now + rediscovery_;
+}
+
+void Participant::Impl::check_revocations(Clock::time_point now) {
+  if (!revoked_ || now < next_revocations_) return;
+  next_revocations_ = now + kRevocationPeriod;
+  filter_->quarantine.revoke(revoked_(), now);
 }
 
 void Participant::Impl::abort_if_deadlocked(Clock::time_point now) const {
@@ -348,7 +362,7 @@ void Participant::Impl::on_authentication(const rtps::GUID_t& peer, bool authori
   filter_->quarantine.dropped(prefix, Clock::now());
   Refused refused;
   std::copy(prefix.begin(), prefix.end(), refused.sender.bytes.begin());
-  refused.text = "its keys are missing, expired or of another authority";
+  refused.text = "its keys are missing, expired, revoked or of another authority";
   refused.last = Clock::now();
   filter_->refusals.note(std::move(refused));
 }
@@ -394,6 +408,10 @@ Participant& Participant::operator=(Participant&&) noexcept = default;
 
 bool Participant::recovering() const {
   return impl_->recovering();
+}
+
+std::optional<std::chrono::system_clock::time_point> Participant::identity_expires() const {
+  return impl_->identity_expires;
 }
 
 std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {

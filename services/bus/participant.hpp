@@ -1,10 +1,13 @@
 #pragma once
 /// A process's membership in a cell's DDS domain.
 
+#include <array>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +29,10 @@ struct Peer {
   int participants = 64;
 };
 
+/// The first six bytes of the GUID of a participant with keys. They are 1 and 47 bits of the SHA-256 of its
+/// certificate's subject (DDS Security 1.1, section 9.3.3); a handshake fails when they are not.
+using GuidBeginning = std::array<std::uint8_t, 6>;
+
 /// How a participant joins its domain.
 struct ParticipantOptions {
   /// Addresses of the interfaces to use, e.g. {"127.0.0.1"} for a cell on one host; empty: all.
@@ -44,6 +51,13 @@ struct ParticipantOptions {
   /// Folder with the keys of this participant (services/security/keystore.hpp): DDS Security authenticates its peers,
   /// enforces their permissions and encrypts. It then leaves silently. Empty: an open participant.
   std::filesystem::path identity;
+  /// When the first of these keys expires; empty: an open participant.
+  std::optional<std::chrono::system_clock::time_point> identity_expires;
+  /// File of the authority's list of revoked certificates, for handshakes. It is read once. Empty: there is none.
+  std::filesystem::path revocations;
+  /// Returns the beginnings of the GUIDs of revoked participants. The participant calls it once a second, in a thread
+  /// of its own, and ends its exchange with those that are new. Empty: none is revoked later.
+  std::function<std::vector<GuidBeginning>()> revoked;
   /// Announce the departure of the endpoints to peers; otherwise they drop them with this participant at the end of its
   /// lease. Short-lived clients do without.
   bool announce_departure = true;
@@ -67,6 +81,9 @@ class Participant {
   /// dropped it, so it sends and receives nothing until the lease is over on both sides. Do not judge or simulate by
   /// received data meanwhile.
   [[nodiscard]] bool recovering() const;
+
+  /// ParticipantOptions::identity_expires
+  [[nodiscard]] std::optional<std::chrono::system_clock::time_point> identity_expires() const;
 
   /// What was refused in the last `window`, by sender, the most recent first, at most `most`.
   [[nodiscard]] std::vector<Refused> refused(Clock::duration window, std::size_t most) const;

@@ -61,6 +61,8 @@ struct Participant::Impl : PeerListener {
   [[nodiscard]] bool admits_term(std::uint64_t term);
   [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
 
+  const std::optional<std::chrono::system_clock::time_point> identity_expires;
+
   dds::DomainParticipant* participant = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::Subscriber* subscriber = nullptr;
@@ -73,6 +75,7 @@ struct Participant::Impl : PeerListener {
   void leave();
   void run_monitor();
   void check_stall(Clock::time_point now);
+  void check_revocations(Clock::time_point now);
   /// Aborts the process, which the agent then restarts, when a receiving thread will never return.
   void abort_if_deadlocked(Clock::time_point now) const;
   [[nodiscard]] Clock::time_point check_monitored(Clock::time_point now);
@@ -87,8 +90,10 @@ struct Participant::Impl : PeerListener {
   AuthenticationWatch handshakes_;               ///< when secured
   std::atomic<std::uint64_t> largest_term_ = 0;  ///< admitted
   std::atomic<bool> deadlocked_ = false;
-  Clock::duration rediscovery_{};  ///< after a stall, peers are found again within this or gone
-  int port_number_ = 0;            ///< decides the ports; unique among the open participants of this process
+  const std::function<std::vector<GuidBeginning>()> revoked_;
+  Clock::time_point next_revocations_{};  ///< of the monitor thread alone
+  Clock::duration rediscovery_{};         ///< after a stall, peers are found again within this or gone
+  int port_number_ = 0;                   ///< decides the ports; unique among the open participants of this process
   std::mutex mutex_;
   std::map<std::string, dds::Topic*, std::less<>> topics_;
   std::map<std::string, dds::TypeSupport> raw_types_;

@@ -11,6 +11,9 @@
 /// A peer with a longer lease may be silent for longer. Silence does not quarantine it, only its loss does.
 /// Participants of a cell have one lease. Programs of other DDS vendors have 10 s or more, and only listen in the
 /// meantime.
+///
+/// A peer whose certificate is revoked is quarantined, too, and never received again. Fast DDS drops it at the end of
+/// its lease.
 
 #include <algorithm>
 #include <array>
@@ -20,6 +23,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -31,7 +35,8 @@ namespace hecaton::bus {
 /// Thread-safe.
 class PeerQuarantine {
  public:
-  using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
+  using Prefix = std::array<std::uint8_t, 12>;    ///< of a participant's GUID
+  using Beginning = std::array<std::uint8_t, 6>;  ///< of the prefixes of an identity, see GuidBeginning
   /// IPv4 address and port, see address_of().
   using Address = std::uint64_t;
   static Address address_of(std::uint32_t ipv4, std::uint16_t port) { return Address{ipv4} << 16U | port; }
@@ -77,6 +82,23 @@ class PeerQuarantine {
     known->second.heard = now;
     return true;
   }
+  /// Peers of these identities are revoked from now on, beside those of earlier calls.
+  void revoke(const std::vector<Beginning>& identities, Clock::time_point now) {
+    const std::scoped_lock lock(mutex_);
+    for (const Beginning& identity : identities) {
+      if (!revoked_.insert(identity).second) continue;
+      for (auto& [prefix, peer] : peers_) {
+        if (!peer.quarantined && beginning_of(prefix) == identity) begin_quarantine(peer, now);
+      }
+    }
+    any_revoked_ = !revoked_.empty();
+  }
+  /// True when no datagram of the peer may be received ever. Cheap enough for every datagram.
+  [[nodiscard]] bool is_revoked(const Prefix& peer) const {
+    if (!any_revoked_) return false;
+    const std::scoped_lock lock(mutex_);
+    return revoked_.contains(beginning_of(peer));
+  }
   /// Cheap enough for every datagram that is sent.
   [[nodiscard]] bool any_quarantined() const { return quarantined_.load() > 0; }
   [[nodiscard]] bool is_quarantined(Address address) const {
@@ -115,6 +137,11 @@ class PeerQuarantine {
   };
   using Peers = std::map<Prefix, Peer>;
 
+  [[nodiscard]] static Beginning beginning_of(const Prefix& prefix) {
+    Beginning beginning{};
+    std::copy_n(prefix.begin(), beginning.size(), beginning.begin());
+    return beginning;
+  }
   void begin_quarantine(Peer& peer, Clock::time_point now) {
     peer.quarantined = true;
     peer.back = now + quarantine(lease_);
@@ -128,6 +155,8 @@ class PeerQuarantine {
   Clock::duration lease_;
   mutable std::mutex mutex_;
   Peers peers_;
+  std::set<Beginning> revoked_;
+  std::atomic<bool> any_revoked_ = false;
   std::atomic<int> quarantined_ = 0;
 };
 

@@ -215,6 +215,7 @@ constexpr std::array kHeartbeatFields{kSchema,
                                       time("oldest_input_age"),
                                       name_of("oldest_input", kLongestBody),
                                       count("rss_bytes"),
+                                      stamp("keys_expire_unix_ms"),
                                       list("refusals", kRefusal, 4)};
 constexpr StructRule kHeartbeat{"Heartbeat", kHeartbeatFields};
 constexpr std::array kHostAgeFields{

@@ -1,11 +1,11 @@
-/// hecaton keystore create|add|check: the keys of a secured cell.
+/// hecaton keystore create|add|renew|revoke|check: the keys of a secured cell.
 
 #include <chrono>
 #include <cstdint>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -14,17 +14,18 @@
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/security/expiry.hpp"
 #include "services/security/keystore.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 constexpr std::uint64_t kLongest = 36500;  // [day]
-constexpr std::chrono::days kSoon{30};
 
 struct Options {
   std::string folder;
   std::string host;
+  std::vector<std::string> hosts;
   std::uint64_t days = 0;
 };
 
@@ -41,13 +42,8 @@ std::chrono::days days(const Options& options) {
   return std::chrono::days(options.days);
 }
 
-std::string date_text(std::chrono::system_clock::time_point time) {
-  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char text[16];
-  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
-  return text;
+std::string enclave(const Options& options, const std::string& host) {
+  return (std::filesystem::path(options.folder) / "enclaves" / host).string();
 }
 
 ExitCode create(const Settings& settings, const Options& options) {
@@ -60,28 +56,59 @@ ExitCode create(const Settings& settings, const Options& options) {
 
 ExitCode add(const Settings& settings, const Options& options) {
   add_host(options.folder, options.host, days(options));
-  const std::string enclave = (std::filesystem::path(options.folder) / "enclaves" / options.host).string();
-  print(settings, {{"host", options.host}, {"folder", enclave}},
-        "added the identities of " + options.host + "\ncopy " + enclave + " to that host, into the folder " +
+  const std::string folder = enclave(options, options.host);
+  const std::string revoked = revocations_file(options.folder).string();
+  const std::string too = std::filesystem::exists(revoked) ? ", and " + revoked : "";
+  print(settings, {{"host", options.host}, {"folder", folder}},
+        "added the identities of " + options.host + "\ncopy " + folder + too + " to that host, into the folder " +
             "enclaves of its keystore; " + options.folder + "/private stays where it is\n");
+  return ExitCode::kDone;
+}
+
+ExitCode renew(const Settings& settings, const Options& options) {
+  const std::vector<std::string> hosts = options.hosts.empty() ? hosts_in(options.folder) : options.hosts;
+  Json renewed = Json::array();
+  std::string text;
+  for (const std::string& host : hosts) {
+    renew_host(options.folder, host, days(options));
+    renewed.push_back({{"host", host}, {"folder", enclave(options, host)}});
+    text += "renewed the identities of " + host + ": copy " + enclave(options, host) +
+            " to that host, into the folder enclaves of its keystore\n";
+  }
+  text += hosts.empty() ? options.folder + " has no identities; `hecaton keystore add` makes them\n"
+                        : "next: on each of these hosts restart all services of the cell, which use the old keys until "
+                          "then; old and new keys work together\n";
+  print(settings, {{"renewed", renewed}}, text);
+  return ExitCode::kDone;
+}
+
+ExitCode revoke(const Settings& settings, const Options& options) {
+  revoke_host(options.folder, options.host);
+  const std::string list = revocations_file(options.folder).string();
+  print(settings, {{"host", options.host}, {"list", list}},
+        "revoked the identities of " + options.host + "\ncopy " + list + " to each other host, into the folder " +
+            "enclaves of its keystore; its services end the connections within seconds\n"
+            "then restart all services of the cell: the revoked host knows the keys of their sessions\n");
   return ExitCode::kDone;
 }
 
 ExitCode check(const Settings& settings, const Options& options) {
   const auto now = std::chrono::system_clock::now();
   Json identities = Json::array();
-  Table table({{"host"}, {"role"}, {"expires"}, {"state"}});
+  Table table({{"host"}, {"role"}, {"expires"}, {"days left", Align::kRight}, {"state"}});
   bool all_usable = true;
   for (const IdentityState& one : identities_in(options.folder)) {
     std::string state = one.problem.value_or("");
-    if (!one.problem) state = one.expires - now < kSoon ? "expires soon" : "usable";
+    if (!one.problem) state = one.expires - now < kExpiryLead ? "expires soon" : "usable";
+    const auto left = std::chrono::floor<std::chrono::days>(one.expires - now).count();
     all_usable = all_usable && !one.problem;
     identities.push_back({{"host", one.host},
                           {"role", one.role},
                           {"expires", date_text(one.expires)},
+                          {"days_left", left},
                           {"usable", !one.problem},
                           {"state", state}});
-    table.add({one.host, one.role, date_text(one.expires), state});
+    table.add({one.host, one.role, date_text(one.expires), std::to_string(left), state});
   }
   print(settings, {{"identities", identities}}, table.text(Palette::for_stream(stdout)));
   return all_usable ? ExitCode::kDone : ExitCode::kNegative;
@@ -121,6 +148,17 @@ void add_keystore(CLI::App& app, Session& session) {
   addition->add_option("HOST", added->host, "a host of the cell file")->required();
   add_validity(*addition, *added, 365);
   does(addition, added, add);
+  const auto renewed = std::make_shared<Options>();
+  CLI::App* renewal =
+      add_folder_command(*keystore, "renew", "Makes new keys for identities before they expire", *renewed);
+  renewal->add_option("HOST", renewed->hosts, "hosts of the keystore; without any: all");
+  add_validity(*renewal, *renewed, 365);
+  does(renewal, renewed, renew);
+  const auto revoked = std::make_shared<Options>();
+  CLI::App* revocation =
+      add_folder_command(*keystore, "revoke", "Ends the identities of a host, also where they are connected", *revoked);
+  revocation->add_option("HOST", revoked->host, "a host of the keystore")->required();
+  does(revocation, revoked, revoke);
   const auto checked = std::make_shared<Options>();
   CLI::App* checking = add_folder_command(*keystore, "check", "Lists the identities and when they expire", *checked);
   checking->footer("Exit code 1: an identity cannot be used.");

@@ -41,8 +41,9 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 // faults
                 "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
                 "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "checkpoint_lost",
-                "input_refused", "second_writer", "arm_stands", "contact", "device_not_ready", "remote_control_off",
-                "program_stopped", "safeguard_stop", "protective_stop", "emergency_stop", "arm_failed",
+                "input_refused", "second_writer", "certificate_expires", "arm_stands", "contact", "device_not_ready",
+                "remote_control_off", "program_stopped", "safeguard_stop", "protective_stop", "emergency_stop",
+                "arm_failed",
                 // goals
                 "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
                 "goal_orientation", "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way",

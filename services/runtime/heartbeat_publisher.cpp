@@ -57,6 +57,10 @@ struct HeartbeatPublisher::Impl {
     sample.subject(identity.subject);
     sample.host(identity.host.empty() ? machine_name() : identity.host);
     sample.pid(static_cast<std::int32_t>(getpid()));
+    if (const auto expires = participant.identity_expires()) {
+      sample.keys_expire_unix_ms(
+          std::chrono::duration_cast<std::chrono::milliseconds>(expires->time_since_epoch()).count());
+    }
   }
 
   void refresh(Clock::time_point now, const LoopStatistics& loop) {

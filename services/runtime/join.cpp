@@ -121,9 +121,30 @@ std::filesystem::path identity_of(const config::CellFile& file, const std::strin
   return std::filesystem::absolute(enclave);
 }
 
+namespace {
+
+/// Keys, and what ends them.
+void set_identity(bus::ParticipantOptions& participant, const std::filesystem::path& enclave) {
+  participant.identity = enclave;
+  if (enclave.empty()) return;
+  participant.identity_expires = expiry_of(enclave);
+  const std::filesystem::path revocations = revocations_file(keystore_of(enclave));
+  if (std::filesystem::exists(revocations)) participant.revocations = revocations;
+  participant.revoked = [watch = RevocationWatch(enclave), logged = std::string()]() mutable {
+    const std::vector<GuidBeginning>& revoked = watch.update();
+    if (watch.problem() != logged) {
+      logged = watch.problem();
+      if (!logged.empty()) log_warning("list of revoked certificates not used", {{"reason", logged}});
+    }
+    return revoked;
+  };
+}
+
+}  // namespace
+
 bus::ParticipantOptions participant_options(const config::CellFile& file, const std::string& host, Role role) {
   bus::ParticipantOptions participant;
-  participant.identity = identity_of(file, host, role);
+  set_identity(participant, identity_of(file, host, role));
   participant.interfaces = wanted_interfaces(file);
   participant.peers = peers_of(file, participant.interfaces);
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;

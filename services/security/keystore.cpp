@@ -1,14 +1,20 @@
 #include "services/security/keystore.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <set>
+#include <sstream>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
+#include <fcntl.h>
 #include <openssl/bio.h>
 #include <openssl/ec.h>
 #include <openssl/err.h>
@@ -38,6 +44,8 @@ struct Free {
 using Key = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
 using Certificate = std::unique_ptr<X509, Free<X509_free>>;
 using Bio = std::unique_ptr<BIO, Free<BIO_free_all>>;
+using RevocationList = std::unique_ptr<X509_CRL, Free<X509_CRL_free>>;
+using Number = std::unique_ptr<BIGNUM, Free<BN_free>>;
 using Signed = std::unique_ptr<PKCS7, Free<PKCS7_free>>;
 
 constexpr const char* kAuthority = "hecaton authority";
@@ -56,6 +64,9 @@ fs::path private_key_file(const fs::path& keystore) {
 }
 fs::path authority_file(const fs::path& keystore) {
   return keystore / "public" / "ca.cert.pem";
+}
+fs::path issued_file(const fs::path& keystore) {
+  return keystore / "private" / "issued";
 }
 fs::path governance_file(const fs::path& keystore) {
   return keystore / "enclaves" / "governance.p7s";
@@ -129,23 +140,66 @@ Certificate read_certificate(const fs::path& file) {
   return certificate;
 }
 
+bool add_common_name(X509_NAME* subject, const std::string& name) {
+  return X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_UTF8, reinterpret_cast<const unsigned char*>(name.c_str()),
+                                    -1, -1, 0) == 1;
+}
+
+GuidBeginning beginning_of(const X509_NAME* subject, const fs::path& file) {
+  unsigned char hash[EVP_MAX_MD_SIZE];
+  unsigned int size = 0;
+  if (X509_NAME_digest(subject, EVP_sha256(), hash, &size) != 1) fail(file, "its subject has no digest");
+  GuidBeginning beginning{};
+  unsigned int carried = 1;  // the first bit
+  for (std::size_t i = 0; i < beginning.size(); ++i) {
+    beginning[i] = static_cast<std::uint8_t>(carried << 7U | hash[i] >> 1U);
+    carried = hash[i] & 1U;
+  }
+  return beginning;
+}
+
+constexpr std::size_t kSerialBytes = 14;
+
+/// A GuidBeginning, which has its first bit set, and 64 random bits.
+bool set_serial(X509* certificate, const GuidBeginning& beginning) {
+  std::array<unsigned char, kSerialBytes> serial{};
+  std::copy(beginning.begin(), beginning.end(), serial.begin());
+  if (RAND_bytes(serial.data() + beginning.size(), static_cast<int>(serial.size() - beginning.size())) != 1)
+    return false;
+  const Number number(BN_bin2bn(serial.data(), static_cast<int>(serial.size()), nullptr));
+  return number != nullptr && BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
+}
+
+/// Empty: the certificate is none of a keystore of Hecaton.
+std::optional<GuidBeginning> beginning_in(const ASN1_INTEGER* serial) {
+  const Number number(ASN1_INTEGER_to_BN(serial, nullptr));
+  if (number == nullptr || BN_num_bytes(number.get()) != static_cast<int>(kSerialBytes)) return std::nullopt;
+  std::array<unsigned char, kSerialBytes> bytes{};
+  BN_bn2bin(number.get(), bytes.data());
+  if ((bytes.front() & 0x80U) == 0) return std::nullopt;
+  GuidBeginning beginning{};
+  std::copy_n(bytes.begin(), beginning.size(), beginning.begin());
+  return beginning;
+}
+
+std::string serial_text(const ASN1_INTEGER* serial) {
+  const Number number(ASN1_INTEGER_to_BN(serial, nullptr));
+  const std::unique_ptr<char, void (*)(char*)> text(BN_bn2hex(number.get()), [](char* one) { OPENSSL_free(one); });
+  return text.get();
+}
+
 /// A certificate of `key`; `issuer` null: signed by itself, for an authority.
 Certificate new_certificate(const fs::path& file, EVP_PKEY* key, const std::string& name, X509* issuer,
                             EVP_PKEY* issuer_key, std::chrono::days validity) {
   Certificate made(X509_new());
   X509* const one = made.get();
-  unsigned char serial[8];
-  bool done = RAND_bytes(serial, sizeof serial) == 1;
-  serial[0] = static_cast<unsigned char>((serial[0] & 0x7FU) | 0x40U);  // positive
-  const std::unique_ptr<BIGNUM, Free<BN_free>> number(BN_bin2bn(serial, sizeof serial, nullptr));
-  done = done && BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(one)) != nullptr;
-  done = done && X509_set_version(one, 2) == 1;
+  bool done = X509_set_version(one, 2) == 1;
   constexpr std::chrono::seconds kEarlier = kBefore;
   done = done && X509_gmtime_adj(X509_getm_notBefore(one), -kEarlier.count()) != nullptr;
   done = done && X509_time_adj_ex(X509_getm_notAfter(one), static_cast<int>(validity.count()), 0, nullptr) != nullptr;
   X509_NAME* const subject = X509_get_subject_name(one);
-  done = done && X509_NAME_add_entry_by_txt(subject, "CN", MBSTRING_UTF8,
-                                            reinterpret_cast<const unsigned char*>(name.c_str()), -1, -1, 0) == 1;
+  done = done && add_common_name(subject, name);
+  done = done && set_serial(one, beginning_of(subject, file));
   done = done && X509_set_issuer_name(one, issuer == nullptr ? subject : X509_get_subject_name(issuer)) == 1;
   done = done && X509_set_pubkey(one, key) == 1;
   X509V3_CTX context;
@@ -271,14 +325,113 @@ void replicate(const fs::path& from, const fs::path& to) {
   write_file(to, read_file(from));
 }
 
-void add_identity(const fs::path& keystore, const Authority& authority, const std::string& host, Role role,
-                  std::chrono::days validity) {
-  const fs::path folder = enclave_folder(keystore, host, role);
-  make_folder(folder.parent_path());
+/// The revoked certificates of the authority; empty: there is no list. Throws when the authority has not signed it.
+RevocationList read_revocations(const fs::path& file, X509* authority) {
+  std::error_code error;
+  if (!fs::exists(file, error)) return {};
+  const std::string content = read_file(file);
+  RevocationList list(PEM_read_bio_X509_CRL(memory(content).get(), nullptr, nullptr, nullptr));
+  if (list == nullptr) fail(file, "is no list of revoked certificates");
+  const Key key(X509_get_pubkey(authority));
+  if (X509_CRL_verify(list.get(), key.get()) != 1) {
+    ERR_clear_error();
+    throw KeystoreError(file.string() + ": is not signed by the authority of this keystore; copy its enclaves/crl.pem");
+  }
+  return list;
+}
+
+std::vector<GuidBeginning> beginnings_in(X509_CRL* list) {
+  std::vector<GuidBeginning> all;
+  STACK_OF(X509_REVOKED)* const entries = list == nullptr ? nullptr : X509_CRL_get_REVOKED(list);
+  for (int i = 0; entries != nullptr && i < sk_X509_REVOKED_num(entries); ++i) {
+    const auto one = beginning_in(X509_REVOKED_get0_serialNumber(sk_X509_REVOKED_value(entries, i)));
+    if (one) all.push_back(*one);
+  }
+  return all;
+}
+
+std::vector<Role> roles_of(const fs::path& keystore, const std::string& host) {
+  std::vector<Role> roles;
+  for (const Role role : kRoles) {
+    if (fs::exists(enclave_folder(keystore, host, role))) roles.push_back(role);
+  }
+  return roles;
+}
+
+[[noreturn]] void fail_without_host(const fs::path& keystore, const std::string& host) {
+  throw KeystoreError(keystore.string() + ": has no identities of host " + host +
+                      "; `hecaton keystore check` lists the hosts, and `hecaton keystore add` makes identities");
+}
+
+/// "SERIAL HOST/ROLE" of each certificate, a line each.
+void note_issued(const fs::path& keystore, const std::vector<std::string>& lines) {
+  const fs::path file = issued_file(keystore);
+  std::string content = fs::exists(file) ? read_file(file) : std::string();
+  for (const std::string& line : lines) content += line + "\n";
+  write_file(file, content);
+}
+
+/// Serial numbers, hexadecimal.
+std::set<std::string> issued_for(const fs::path& keystore, const std::string& host) {
+  std::set<std::string> serials;
+  if (fs::exists(issued_file(keystore))) {
+    std::istringstream lines(read_file(issued_file(keystore)));
+    std::string serial;
+    std::string identity;
+    while (lines >> serial >> identity) {
+      if (identity.substr(0, identity.find('/')) == host) serials.insert(serial);
+    }
+  }
+  for (const Role role : roles_of(keystore, host)) {
+    const Certificate certificate = read_certificate(enclave_folder(keystore, host, role) / "cert.pem");
+    serials.insert(serial_text(X509_get0_serialNumber(certificate.get())));
+  }
+  return serials;
+}
+
+/// `folder` comes in place of `replaced`, which may exist. A reader finds the one or the other.
+void put_in_place(const fs::path& folder, const fs::path& replaced) {
+  std::error_code error;
+  if (fs::exists(replaced)) {
+    if (::renameat2(AT_FDCWD, folder.c_str(), AT_FDCWD, replaced.c_str(), RENAME_EXCHANGE) == 0) {
+      fs::remove_all(folder, error);
+      return;
+    }
+    // A file system that cannot exchange folders.
+    const fs::path old = folder.string() + ".old";
+    fs::remove_all(old, error);
+    fs::rename(replaced, old, error);
+    if (error) fail(replaced, "cannot be replaced: " + error.message());
+    fs::rename(folder, replaced, error);
+    if (error) fs::rename(old, replaced);
+    std::error_code ignored;
+    fs::remove_all(old, ignored);
+  } else {
+    fs::rename(folder, replaced, error);
+  }
+  if (error) fail(replaced, "cannot be replaced: " + error.message());
+}
+
+/// A name of an identity that no revoked certificate has. Running services refuse revoked names for good.
+std::string unrevoked_name(const fs::path& keystore, const std::string& host, Role role, X509_CRL* revoked) {
+  const std::vector<GuidBeginning> all = beginnings_in(revoked);
+  const std::string first = "/" + host + "/" + std::string(role_name(role));
+  for (int generation = 1;; ++generation) {
+    std::string name = generation == 1 ? first : first + "/" + std::to_string(generation);
+    const std::unique_ptr<X509_NAME, Free<X509_NAME_free>> subject(X509_NAME_new());
+    if (!add_common_name(subject.get(), name)) fail(keystore, "no subject can be made");
+    const GuidBeginning beginning = beginning_of(subject.get(), keystore);
+    if (std::find(all.begin(), all.end(), beginning) == all.end()) return name;
+  }
+}
+
+/// Makes an identity in `folder`. Returns its line for note_issued().
+std::string make_identity(const fs::path& folder, const fs::path& keystore, const Authority& authority,
+                          const std::string& host, Role role, std::chrono::days validity, X509_CRL* revoked) {
   make_folder(folder);
   const Key key = new_key(folder / "key.pem");
   const Certificate certificate =
-      new_certificate(folder / "cert.pem", key.get(), "/" + host + "/" + std::string(role_name(role)),
+      new_certificate(folder / "cert.pem", key.get(), unrevoked_name(keystore, host, role, revoked),
                       authority.certificate.get(), authority.key.get(), validity);
   const std::string permissions =
       permissions_xml(role, subject_of(certificate.get()), time_of(X509_get0_notBefore(certificate.get())),
@@ -288,6 +441,44 @@ void add_identity(const fs::path& keystore, const Authority& authority, const st
   replicate(authority_file(keystore), folder / "identity_ca.cert.pem");
   replicate(authority_file(keystore), folder / "permissions_ca.cert.pem");
   replicate(governance_file(keystore), folder / "governance.p7s");
+  return serial_text(X509_get0_serialNumber(certificate.get())) + " " + host + "/" + std::string(role_name(role));
+}
+
+/// New identities of these roles in place of the present ones.
+void make_identities(const fs::path& keystore, const std::string& host, const std::vector<Role>& roles,
+                     std::chrono::days validity) {
+  const Authority authority = read_authority(keystore);
+  if (time_of(X509_get0_notAfter(authority.certificate.get())) < std::chrono::system_clock::now() + validity) {
+    throw KeystoreError(authority_file(keystore).string() +
+                        ": expires before the new identities would; give fewer --days");
+  }
+  const RevocationList revoked = read_revocations(revocations_file(keystore), authority.certificate.get());
+  const auto next = [&](Role role) {
+    return keystore / "enclaves" / host / ("." + std::string(role_name(role)) + ".new");
+  };
+  make_folder(keystore / "enclaves" / host);
+  std::vector<std::string> issued;
+  for (const Role role : roles) {
+    std::error_code error;
+    fs::remove_all(next(role), error);  // of a run that was interrupted
+    issued.push_back(make_identity(next(role), keystore, authority, host, role, validity, revoked.get()));
+  }
+  note_issued(keystore, issued);
+  for (const Role role : roles) put_in_place(next(role), enclave_folder(keystore, host, role));
+}
+
+/// When permissions expire; the earliest of several grants. Empty: the file does not say.
+std::optional<Time> permissions_expiry(const fs::path& file) {
+  const std::string text = read_file(file);
+  constexpr std::string_view kElement = "<not_after>";
+  std::optional<Time> first;
+  for (std::size_t at = text.find(kElement); at != std::string::npos; at = text.find(kElement, at + 1)) {
+    std::tm utc{};
+    if (::strptime(text.c_str() + at + kElement.size(), " %Y-%m-%dT%H:%M:%S", &utc) == nullptr) continue;
+    const Time time = std::chrono::system_clock::from_time_t(timegm(&utc));
+    first = std::min(first.value_or(time), time);
+  }
+  return first;
 }
 
 }  // namespace
@@ -342,12 +533,88 @@ void create_keystore(const fs::path& folder, std::chrono::days validity) {
 
 void add_host(const fs::path& folder, const std::string& host, std::chrono::days validity) {
   require_host_name(folder, host);
+  make_identities(folder, host, {kRoles.begin(), kRoles.end()}, validity);
+}
+
+void renew_host(const fs::path& folder, const std::string& host, std::chrono::days validity) {
+  require_host_name(folder, host);
+  const std::vector<Role> roles = roles_of(folder, host);
+  if (roles.empty()) fail_without_host(folder, host);
+  make_identities(folder, host, roles, validity);
+}
+
+void revoke_host(const fs::path& folder, const std::string& host) {
+  require_host_name(folder, host);
   const Authority authority = read_authority(folder);
-  if (time_of(X509_get0_notAfter(authority.certificate.get())) < std::chrono::system_clock::now() + validity) {
-    throw KeystoreError(authority_file(folder).string() +
-                        ": expires before the new identities would; give fewer --days");
+  const fs::path file = revocations_file(folder);
+  const std::set<std::string> serials = issued_for(folder, host);
+  if (serials.empty()) fail_without_host(folder, host);
+  RevocationList list = read_revocations(file, authority.certificate.get());
+  if (list == nullptr) list.reset(X509_CRL_new());
+  X509_CRL* const one = list.get();
+  const std::unique_ptr<ASN1_TIME, Free<ASN1_TIME_free>> now(ASN1_TIME_new());
+  constexpr std::chrono::seconds kEarlier = kBefore;
+  bool done = X509_gmtime_adj(now.get(), -kEarlier.count()) != nullptr && X509_CRL_set_version(one, 1) == 1 &&
+              X509_CRL_set_issuer_name(one, X509_get_subject_name(authority.certificate.get())) == 1 &&
+              X509_CRL_set1_lastUpdate(one, now.get()) == 1 &&
+              // A list that expires would lock all participants out.
+              X509_CRL_set1_nextUpdate(one, X509_get0_notAfter(authority.certificate.get())) == 1;
+  for (const std::string& serial : serials) {
+    BIGNUM* hexadecimal = nullptr;
+    BN_hex2bn(&hexadecimal, serial.c_str());
+    const Number number(hexadecimal);
+    const std::unique_ptr<ASN1_INTEGER, Free<ASN1_INTEGER_free>> integer(BN_to_ASN1_INTEGER(number.get(), nullptr));
+    X509_REVOKED* known = nullptr;
+    if (X509_CRL_get0_by_serial(one, &known, integer.get()) != 0) continue;
+    std::unique_ptr<X509_REVOKED, Free<X509_REVOKED_free>> entry(X509_REVOKED_new());
+    done = done && X509_REVOKED_set_serialNumber(entry.get(), integer.get()) == 1 &&
+           X509_REVOKED_set_revocationDate(entry.get(), now.get()) == 1 && X509_CRL_add0_revoked(one, entry.get()) == 1;
+    if (done) static_cast<void>(entry.release());
   }
-  for (const Role role : kRoles) add_identity(folder, authority, host, role, validity);
+  done = done && X509_CRL_sort(one) == 1 && X509_CRL_sign(one, authority.key.get(), EVP_sha256()) > 0;
+  if (!done) fail(file, "no list of revoked certificates can be made");
+  write_file(file, pem([&](BIO* bio) { return PEM_write_bio_X509_CRL(bio, one); }, file));
+  std::error_code error;
+  fs::remove_all(folder / "enclaves" / host, error);
+  if (error) fail(folder / "enclaves" / host, "is revoked, but cannot be removed: " + error.message());
+}
+
+std::vector<std::string> hosts_in(const fs::path& keystore) {
+  std::vector<std::string> hosts;
+  for (const IdentityState& one : identities_in(keystore)) {
+    if (hosts.empty() || hosts.back() != one.host) hosts.push_back(one.host);
+  }
+  return hosts;
+}
+
+fs::path revocations_file(const fs::path& keystore) {
+  return keystore / "enclaves" / "crl.pem";
+}
+
+fs::path keystore_of(const fs::path& enclave) {
+  return enclave.parent_path().parent_path().parent_path();
+}
+
+RevocationWatch::RevocationWatch(fs::path enclave) : enclave_(std::move(enclave)) {}
+
+const std::vector<GuidBeginning>& RevocationWatch::update() {
+  const fs::path file = revocations_file(keystore_of(enclave_));
+  std::error_code error;
+  const auto written = fs::last_write_time(file, error);
+  const auto size = error ? 0 : fs::file_size(file, error);
+  if (error || (written == written_ && size == size_)) return revoked_;
+  try {
+    const Certificate authority = read_certificate(enclave_ / "identity_ca.cert.pem");
+    for (const GuidBeginning& one : beginnings_in(read_revocations(file, authority.get()).get())) {
+      if (std::find(revoked_.begin(), revoked_.end(), one) == revoked_.end()) revoked_.push_back(one);
+    }
+    written_ = written;
+    size_ = size;
+    problem_.clear();
+  } catch (const KeystoreError& unusable) {
+    problem_ = unusable.what();  // it may be incomplete: read again
+  }
+  return revoked_;
 }
 
 fs::path enclave_folder(const fs::path& keystore, const std::string& host, Role role) {
@@ -369,6 +636,11 @@ void require_identity(const fs::path& enclave) {
     ERR_clear_error();
     fail(file, "is not signed by identity_ca.cert.pem beside it");
   }
+  const RevocationList revoked = read_revocations(revocations_file(keystore_of(enclave)), authority.get());
+  X509_REVOKED* entry = nullptr;
+  if (revoked != nullptr && X509_CRL_get0_by_cert(revoked.get(), &entry, certificate.get()) != 0) {
+    throw KeystoreError(file.string() + ": is revoked; `hecaton keystore add` makes new identities");
+  }
   const Time now = std::chrono::system_clock::now();
   for (const auto& [one, name] :
        {std::pair(certificate.get(), "cert.pem"), std::pair(authority.get(), "identity_ca.cert.pem")}) {
@@ -376,13 +648,26 @@ void require_identity(const fs::path& enclave) {
     const Time ends = time_of(X509_get0_notAfter(one));
     if (now >= ends) {
       throw KeystoreError((enclave / name).string() + ": has expired on " + xml_time(ends) +
-                          " UTC; `hecaton keystore add` makes new identities");
+                          " UTC; `hecaton keystore renew` makes new identities");
     }
     if (now < begins) {
       throw KeystoreError((enclave / name).string() + ": is valid from " + xml_time(begins) +
                           " UTC on; is the clock of this machine right?");
     }
   }
+  const auto permitted = permissions_expiry(enclave / "permissions.p7s");
+  if (permitted && now >= *permitted) {
+    throw KeystoreError((enclave / "permissions.p7s").string() + ": has expired on " + xml_time(*permitted) +
+                        " UTC; `hecaton keystore renew` makes new identities");
+  }
+}
+
+Time expiry_of(const fs::path& enclave) {
+  Time first = time_of(X509_get0_notAfter(read_certificate(enclave / "cert.pem").get()));
+  for (const char* authority : {"identity_ca.cert.pem", "permissions_ca.cert.pem"}) {
+    first = std::min(first, time_of(X509_get0_notAfter(read_certificate(enclave / authority).get())));
+  }
+  return std::min(first, permissions_expiry(enclave / "permissions.p7s").value_or(first));
 }
 
 std::vector<IdentityState> identities_in(const fs::path& keystore) {
@@ -397,6 +682,7 @@ std::vector<IdentityState> identities_in(const fs::path& keystore) {
           IdentityState{host.path().filename().string(), std::string(role_name(role)), {}, std::nullopt});
       try {
         state.expires = time_of(X509_get0_notAfter(read_certificate(enclave / "cert.pem").get()));
+        state.expires = expiry_of(enclave);  // of the certificate alone when other files are missing
         require_identity(enclave);
       } catch (const KeystoreError& problem) {
         state.problem = problem.what();

@@ -4,15 +4,20 @@
 ///
 ///     DIR/public/ca.cert.pem             the certificate of the authority, which signs everything below
 ///     DIR/private/ca.key.pem             its private key; no host of the cell needs it
+///     DIR/private/issued                 the serial number and the identity of each certificate that it has signed
 ///     DIR/enclaves/governance.{xml,p7s}  what the middleware protects
-///     DIR/enclaves/HOST/ROLE/            an identity: key.pem, cert.pem, permissions.{xml,p7s}, and copies of the
-///     files
+///     DIR/enclaves/crl.pem               the list of revoked certificates, once there is one; each host needs it
+///     DIR/enclaves/HOST/ROLE/            an identity: key.pem, cert.pem, permissions.{xml,p7s}, and copies of files
 ///                                        above as governance.p7s, identity_ca.cert.pem and permissions_ca.cert.pem
+///
+/// The serial number of a certificate begins with its GuidBeginning. So the list of revoked certificates, which has
+/// only serial numbers, also names the participants.
 ///
 /// Functions throw KeystoreError. They are not thread-safe for one folder.
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -43,17 +48,57 @@ inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWor
 /// Makes the authority of a new keystore. `folder` must not exist, or be empty.
 void create_keystore(const std::filesystem::path& folder, std::chrono::days validity);
 
-/// Makes identities of all roles on a host, or new ones in place of present ones. `host`: its name in the cell file.
-/// Needs the private key of the authority.
+/// The first six bytes of the GUIDs of an identity's participants, see bus::GuidBeginning.
+using GuidBeginning = std::array<std::uint8_t, 6>;
+
+/// Makes identities of all roles on a host, or new ones in place of present ones. `host`: its name in the cell file. A
+/// host whose identities were revoked gets another subject. Needs the private key of the authority, as renew_host() and
+/// revoke_host() do. An identity is replaced as a whole, and none before all new ones are complete.
 void add_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity);
+
+/// Makes new keys and certificates for the identities that a host has. The old ones stay valid until they expire.
+void renew_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity);
+
+/// Enters all certificates of a host into the list of revoked certificates, and removes its identities.
+void revoke_host(const std::filesystem::path& folder, const std::string& host);
+
+/// The hosts that have an identity, sorted.
+[[nodiscard]] std::vector<std::string> hosts_in(const std::filesystem::path& keystore);
+
+/// The list of revoked certificates. The file need not exist.
+[[nodiscard]] std::filesystem::path revocations_file(const std::filesystem::path& keystore);
+/// The keystore of an identity, from its folder.
+[[nodiscard]] std::filesystem::path keystore_of(const std::filesystem::path& enclave);
+
+/// Follows the list of revoked certificates of an identity while a process runs. For one thread.
+class RevocationWatch {
+ public:
+  explicit RevocationWatch(std::filesystem::path enclave);
+  /// Looks at the file and returns all participants that it has ever named. A file that is incomplete or not signed by
+  /// the authority changes nothing: see problem().
+  const std::vector<GuidBeginning>& update();
+  /// Why the last update() could not use the file: a sentence; empty: it could, or there is no file.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  std::filesystem::path enclave_;
+  std::filesystem::file_time_type written_{};
+  std::uintmax_t size_ = 0;
+  std::vector<GuidBeginning> revoked_;
+  std::string problem_;
+};
 
 /// The folder of an identity.
 [[nodiscard]] std::filesystem::path enclave_folder(const std::filesystem::path& keystore, const std::string& host,
                                                    Role role);
 
-/// Throws when the identity in this folder cannot be used now. A file is missing or unreadable; or a certificate has
-/// expired, is not valid yet, is not signed by the authority, or belongs to another key.
+/// Throws when the identity in this folder cannot be used now. A file is missing or unreadable; the permissions have
+/// expired; or a certificate has expired, is not valid yet, is not signed by the authority, is revoked, or belongs to
+/// another key.
 void require_identity(const std::filesystem::path& enclave);
+
+/// When the first of its certificates and permissions expires.
+[[nodiscard]] std::chrono::system_clock::time_point expiry_of(const std::filesystem::path& enclave);
 
 /// The state of an identity.
 struct IdentityState {

@@ -15,11 +15,11 @@ constexpr char kKindSeparator = '#';
 }  // namespace
 
 std::string node_fault_key(msg::CauseKind kind, const std::string& node) {
-  const bool has_own_key = kind == msg::CauseKind::CAUSE_DUPLICATE_NODE ||
-                           kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED ||
-                           kind == msg::CauseKind::CAUSE_CHECKPOINT_LOST ||
-                           kind == msg::CauseKind::CAUSE_INPUT_REFUSED || kind == msg::CauseKind::CAUSE_SECOND_WRITER ||
-                           kind == msg::CauseKind::CAUSE_ARM_STANDS || device_fault(kind).has_value();
+  const bool has_own_key =
+      kind == msg::CauseKind::CAUSE_DUPLICATE_NODE || kind == msg::CauseKind::CAUSE_PERSISTENCE_FAILED ||
+      kind == msg::CauseKind::CAUSE_CHECKPOINT_LOST || kind == msg::CauseKind::CAUSE_INPUT_REFUSED ||
+      kind == msg::CauseKind::CAUSE_SECOND_WRITER || kind == msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES ||
+      kind == msg::CauseKind::CAUSE_ARM_STANDS || device_fault(kind).has_value();
   return has_own_key ? node + kKindSeparator + std::string(cause_name(kind)) : node;
 }
 
@@ -32,6 +32,8 @@ std::string fault_key(msg::CauseKind kind, const std::string& subject) {
     case msg::CauseKind::CAUSE_HOST_LOST:
     case msg::CauseKind::CAUSE_HOST_ISOLATED:
       return agent_node(subject);
+    case msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES:
+      return node_fault_key(kind, agent_node(subject));
     case msg::CauseKind::CAUSE_LINK_LOST:
       return "link " + subject;
     default:

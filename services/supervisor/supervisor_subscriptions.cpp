@@ -1,6 +1,7 @@
 #include "services/supervisor/supervisor_subscriptions.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <unistd.h>
@@ -45,6 +46,16 @@ Time arrival(const bus::Sample<T>& sample) {
 bool is_repeated(const CellSnapshot& snapshot, const bus::Sample<msg::ProcessEvent>& event) {
   const auto* known = find(snapshot.processes, event.value.process());
   return known && known->writer == event.writer && event.value.sequence_number() <= known->value.sequence_number();
+}
+
+/// When the sender's keys expire; empty: it has none.
+std::optional<KeyExpiry> key_expiry(const msg::Heartbeat& heartbeat) {
+  if (heartbeat.keys_expire_unix_ms() == 0) return std::nullopt;
+  using WallTime = std::chrono::time_point<std::chrono::system_clock, std::chrono::milliseconds>;
+  // A wire rule bounds the field to a range that is too large for nanoseconds.
+  constexpr auto kFarthest = std::chrono::milliseconds(std::chrono::hours(24) * 365 * 200);
+  const WallTime at(std::clamp(std::chrono::milliseconds(heartbeat.keys_expire_unix_ms()), -kFarthest, kFarthest));
+  return KeyExpiry{at, at - std::chrono::system_clock::now()};
 }
 
 /// The report lists the first contacts one by one; of later ones it has only the deepest.
@@ -151,8 +162,9 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     to.failover.update(heartbeat.subject(), lease_of(heartbeat.lease()));
     // The cause of a failed node may be empty.
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
-    to.detector.heard(heartbeat.node(), {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
-                                         failed ? std::optional(heartbeat.cause()) : std::nullopt});
+    to.detector.heard(heartbeat.node(),
+                      {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
+                       failed ? std::optional(heartbeat.cause()) : std::nullopt, key_expiry(heartbeat)});
     for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
     to.snapshot.update_heartbeat(sample);
   }

@@ -99,6 +99,7 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   record.stopped = false;
   record.pid = pid;
   record.failure = heartbeat.failure;
+  record.keys = heartbeat.keys;
   liveness_.heard(node, heartbeat.at);
 }
 

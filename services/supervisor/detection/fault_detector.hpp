@@ -18,6 +18,7 @@
 ///     cell of two hosts, k silent      none               –                        6 LINK_LOST
 ///     k returns                        fresh, l fresh     fresh                    7 cleared after 100 ms
 ///
+/// Keys of a host that expire within kExpiryLead are CERTIFICATE_EXPIRES, which holds no arm.
 /// A node that reports that it cannot work is NODE_FAILED. What the device of an arm reports is a fault of that kind.
 
 #include <chrono>
@@ -66,11 +67,18 @@ struct DetectionLimits {
   [[nodiscard]] bool waits(msg::CauseKind kind) const;
 };
 
+/// When the first key of a node expires.
+struct KeyExpiry {
+  std::chrono::system_clock::time_point at;
+  Time left{0};  ///< until then, on the supervisor's wall clock when it received the heartbeat; negative: has expired
+};
+
 struct Heartbeat {
   std::int64_t pid = 0;
   Time at{0};                           ///< of its arrival
   std::uint64_t number = 0;             ///< sequence number of the process, from 1; 0: unknown
   std::optional<msg::Cause> failure{};  ///< the node reports that it cannot work, and why; the text may be empty
+  std::optional<KeyExpiry> keys{};      ///< empty: the node has none
 };
 
 struct ProcessExit {
@@ -170,6 +178,7 @@ class FaultDetector {
     Time died_at{0};                            // arrival of the report of `died`
     Time silence_at_end{0};                     // of the node, when the agent reported its last end
     std::optional<Time> returned_from{};        // end of the last absence of its host from which it has returned
+    std::optional<KeyExpiry> keys{};            // as the node reports it
     Time heartbeat_at{0};                       // last one, of any process
     std::int64_t previous_pid = 0;              // heard before this process
     std::int64_t unreported_pid = 0;            // previous process whose end no agent has reported; 0: none
@@ -225,6 +234,7 @@ class FaultDetector {
   void judge_devices(Time now);
   void judge_contacts(Time now);
   void judge_refusals(Time now);
+  void judge_keys(Time now);
   [[nodiscard]] FaultObservation observe_host(HostIndex host) const;
   [[nodiscard]] std::optional<FaultObservation> observe_node(const ExpectedNode& node) const;
   [[nodiscard]] std::optional<FaultObservation> observe_silence(const ExpectedNode& node, Presence presence) const;

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "services/runtime/node_name.hpp"
+#include "services/security/expiry.hpp"
 #include "services/supervisor/detection/fault_detector.hpp"
 
 // The judgement of the FaultDetector: rules 1 to 7 of docs/explanation/0003-fault-detection.md, and the holds that
@@ -54,6 +56,7 @@ void FaultDetector::judge(Time now) {
   judge_devices(now);
   judge_contacts(now);
   judge_refusals(now);
+  judge_keys(now);
   mode_.set_automatic(holds());
   hold_until_resumed();
 }
@@ -260,6 +263,34 @@ void FaultDetector::judge_refusals(Time now) {
       faults_.raise(entry->first, entry->second.observation, now);
     }
     entry = over ? refusals_.erase(entry) : std::next(entry);
+  }
+}
+
+// All identities of a host are made together, so they are one fault. Running processes keep the keys that they have
+// read: the fault ends when the last of them runs with newer ones.
+void FaultDetector::judge_keys(Time now) {
+  std::map<std::string, std::optional<KeyExpiry>> hosts;  // that are heard, with the first of their keys to expire
+  for (const ExpectedNode& node : nodes_) {
+    const NodeRecord& record = records_.find(node.name)->second;
+    if (record.heartbeat_at == Time(0) || record.stopped) continue;
+    std::optional<KeyExpiry>& first = hosts[node.host];
+    if (record.keys && (!first || record.keys->left < first->left)) first = record.keys;
+  }
+  for (const auto& [host, first] : hosts) {
+    const std::string key = fault_key(msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES, host);
+    if (!first || first->left >= kExpiryLead) {
+      faults_.clear(key, now);
+      continue;
+    }
+    const bool expired = first->left <= Time(0);
+    const msg::Severity severity = expired ? msg::Severity::SEVERITY_ERROR : msg::Severity::SEVERITY_WARNING;
+    if (const FaultRecord* open = faults_.open(key); open && open->severity >= severity) continue;
+    faults_.raise(
+        key,
+        {msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES, severity, host,
+         "host " + host + ": its keys " + (expired ? "have expired on " : "expire on ") + date_text(first->at) +
+             "; make new ones with `hecaton keystore renew`, and restart its services"},
+        now);
   }
 }
 

@@ -92,6 +92,14 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   EXPECT_TRUE(stolen.take().empty());
   reach("north", "home");
 
+  // Its keys expire within the lead time.
+  const Ran status = run_with(cell_file(), {"status", "-o", "json"});
+  ASSERT_EQ(status.code, 0) << status.err;
+  const Json fault = entry(Json::parse(status.out).at("faults"), "kind", "certificate_expires");
+  ASSERT_FALSE(fault.is_null()) << status.out;
+  EXPECT_EQ(fault.at("severity"), "warning");
+  EXPECT_EQ(fault.at("subject"), "localhost");
+
   // A viewer gives no goals, an operator no commands.
   EXPECT_THROW(bus::Writer<msg::Goal> goals(viewer), std::runtime_error);
   bus::Participant operator_ = participant("operator", Role::kOperator);

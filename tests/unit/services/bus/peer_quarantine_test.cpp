@@ -50,6 +50,22 @@ TEST(PeerQuarantine, SparesASilentPeerWithALongerLease) {
   EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress)) << "Fast DDS has dropped it";
 }
 
+TEST(PeerQuarantine, NeverReceivesARevokedPeerAgain) {
+  Silence silence;
+  silence.last(1s);
+  EXPECT_FALSE(silence.quarantine.is_revoked(kPeer));
+  silence.quarantine.revoke({{1, 0, 0, 0, 0, 0}}, silence.now);
+  EXPECT_TRUE(silence.quarantine.is_revoked(kPeer));
+  EXPECT_TRUE(silence.quarantine.is_revoked({1, 0, 0, 0, 0, 0, 7, 8})) << "another participant of the identity";
+  EXPECT_FALSE(silence.quarantine.is_revoked(kOther));
+  EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress)) << "nothing is sent to it at once";
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kOtherAddress));
+  silence.quarantine.revoke({{1, 0, 0, 0, 0, 0}}, silence.now);
+  silence.last(3s);
+  EXPECT_FALSE(silence.quarantine.any_quarantined()) << "Fast DDS has dropped it meanwhile";
+  EXPECT_TRUE(silence.quarantine.is_revoked(kPeer));
+}
+
 TEST(PeerQuarantine, LastsLongerThanTheLeaseAfterSilenceForMostOfIt) {
   Silence silence;
   silence.last(1650ms);

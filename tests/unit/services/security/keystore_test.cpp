@@ -2,6 +2,9 @@
 
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -21,6 +24,11 @@ std::string refusal(const std::function<void()>& action) {
     return error.what();
   }
   return "done";
+}
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 class Keystore : public testing::Test {
@@ -95,6 +103,109 @@ TEST_F(Keystore, RefusesBadFoldersAndNames) {
             std::string::npos);
   EXPECT_NE(refusal([&] { static_cast<void>(identities_in(folder_.path())); }).find("is this a keystore?"),
             std::string::npos);
+}
+
+TEST_F(Keystore, RenewsIdentitiesAsAWhole) {
+  add_host(keystore_, "north-pc", days(10));
+  const fs::path world = enclave_folder(keystore_, "north-pc", Role::kWorld);
+  const std::string key = content(world / "key.pem");
+  fs::remove_all(enclave_folder(keystore_, "north-pc", Role::kViewer));
+  fs::create_directory(world.parent_path() / ".world.new");  // of a run that was interrupted
+  std::ofstream(world.parent_path() / ".world.new" / "cert.pem") << "half";
+
+  renew_host(keystore_, "north-pc", days(50));
+  EXPECT_EQ(use("north-pc", Role::kWorld), "done");
+  EXPECT_NE(content(world / "key.pem"), key);
+  EXPECT_GT(expiry_of(world) - std::chrono::system_clock::now(), days(49));
+  EXPECT_FALSE(fs::exists(world.parent_path() / ".world.new"));
+  EXPECT_FALSE(fs::exists(enclave_folder(keystore_, "north-pc", Role::kViewer))) << "the host has no such identity";
+  EXPECT_NE(refusal([&] { renew_host(keystore_, "south-pc", days(1)); }).find("has no identities of host south-pc"),
+            std::string::npos);
+}
+
+TEST_F(Keystore, KeepsIdentitiesWhenRenewalFails) {
+  add_host(keystore_, "north-pc", days(10));
+  const fs::path world = enclave_folder(keystore_, "north-pc", Role::kWorld);
+  const std::string certificate = content(world / "cert.pem");
+  fs::remove(keystore_ / "enclaves" / "governance.p7s");
+  EXPECT_NE(refusal([&] { renew_host(keystore_, "north-pc", days(20)); }).find("governance.p7s"), std::string::npos);
+  EXPECT_EQ(content(world / "cert.pem"), certificate);
+  EXPECT_EQ(use("north-pc", Role::kWorld), "done");
+  fs::remove_all(keystore_ / "private");
+  EXPECT_NE(refusal([&] { renew_host(keystore_, "north-pc", days(20)); }).find("ca.key.pem"), std::string::npos);
+}
+
+TEST_F(Keystore, RefusesExpiredPermissions) {
+  add_host(keystore_, "north-pc", days(10));
+  const fs::path world = enclave_folder(keystore_, "north-pc", Role::kWorld);
+  std::string permissions = content(world / "permissions.p7s");
+  const auto at = permissions.find("<not_after>") + std::string("<not_after>").size();
+  std::ofstream(world / "permissions.p7s") << permissions.replace(at, 4, "2001");
+  EXPECT_NE(use("north-pc", Role::kWorld).find("permissions.p7s: has expired on 2001-"), std::string::npos);
+  EXPECT_LT(expiry_of(world), std::chrono::system_clock::now());
+}
+
+TEST_F(Keystore, RevokesAllCertificatesOfAHost) {
+  add_host(keystore_, "north-pc", days(10));
+  add_host(keystore_, "south-pc", days(10));
+  const fs::path old = fs::path(folder_.path()) / "old";  // what the host keeps, with the list that it gets
+  fs::copy(keystore_, old, fs::copy_options::recursive);
+  renew_host(keystore_, "north-pc", days(20));
+  const fs::path renewed = fs::path(folder_.path()) / "renewed";
+  fs::copy(keystore_, renewed, fs::copy_options::recursive);
+
+  RevocationWatch watch(enclave_folder(old, "south-pc", Role::kWorld));
+  EXPECT_TRUE(watch.update().empty());
+  revoke_host(keystore_, "north-pc");
+  EXPECT_EQ(hosts_in(keystore_), std::vector<std::string>{"south-pc"});
+  EXPECT_EQ(use("south-pc", Role::kWorld), "done");
+  for (const fs::path& host : {old, renewed}) {
+    fs::copy_file(revocations_file(keystore_), revocations_file(host));
+    const std::string said = refusal([&] { require_identity(enclave_folder(host, "north-pc", Role::kWorld)); });
+    EXPECT_NE(said.find("cert.pem: is revoked"), std::string::npos) << said;
+  }
+  EXPECT_EQ(std::set(watch.update().begin(), watch.update().end()).size(), kRoles.size());
+  EXPECT_EQ(watch.problem(), "");
+
+  revoke_host(keystore_, "south-pc");
+  EXPECT_NE(refusal([&] { revoke_host(keystore_, "west-pc"); }).find("has no identities of host west-pc"),
+            std::string::npos);
+  RevocationWatch both(enclave_folder(old, "south-pc", Role::kWorld));
+  fs::copy_file(revocations_file(keystore_), revocations_file(old), fs::copy_options::overwrite_existing);
+  EXPECT_EQ(std::set(both.update().begin(), both.update().end()).size(), 2 * kRoles.size());
+}
+
+TEST_F(Keystore, GivesARevokedHostAnotherName) {
+  add_host(keystore_, "north-pc", days(10));
+  revoke_host(keystore_, "north-pc");
+  add_host(keystore_, "north-pc", days(10));
+  const fs::path world = enclave_folder(keystore_, "north-pc", Role::kWorld);
+  EXPECT_EQ(use("north-pc", Role::kWorld), "done");
+  EXPECT_NE(content(world / "permissions.xml").find("<subject_name>CN=/north-pc/world/2</subject_name>"),
+            std::string::npos);
+  renew_host(keystore_, "north-pc", days(10));
+  EXPECT_NE(content(world / "permissions.xml").find("CN=/north-pc/world/2<"), std::string::npos);
+  RevocationWatch watch(world);
+  const auto first = watch.update();
+  revoke_host(keystore_, "north-pc");
+  add_host(keystore_, "north-pc", days(10));
+  EXPECT_EQ(std::set(watch.update().begin(), watch.update().end()).size(), 2 * kRoles.size());
+}
+
+TEST_F(Keystore, IgnoresRevocationsOfAnotherAuthority) {
+  add_host(keystore_, "north-pc", days(10));
+  const fs::path other = fs::path(folder_.path()) / "other";
+  create_keystore(other, days(100));
+  add_host(other, "north-pc", days(10));
+  revoke_host(other, "north-pc");
+  fs::copy_file(revocations_file(other), revocations_file(keystore_));
+  RevocationWatch watch(enclave_folder(keystore_, "north-pc", Role::kWorld));
+  EXPECT_TRUE(watch.update().empty());
+  EXPECT_NE(watch.problem().find("crl.pem: is not signed by the authority"), std::string::npos);
+  EXPECT_NE(use("north-pc", Role::kWorld).find("crl.pem: is not signed by"), std::string::npos);
+  std::ofstream(revocations_file(keystore_)) << "half";
+  EXPECT_TRUE(watch.update().empty());
+  EXPECT_NE(watch.problem().find("crl.pem: is no list"), std::string::npos);
 }
 
 // These repeat the design: a change of the table of topics that lets another role move an arm is deliberate.

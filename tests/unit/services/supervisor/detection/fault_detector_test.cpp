@@ -120,6 +120,36 @@ TEST_F(FaultDetectorTest, BoundsTheFaultsOfRefusedSenders) {
   EXPECT_EQ(detector.faults().open().size(), 16U);
 }
 
+TEST_F(FaultDetectorTest, ReportsKeysBeforeTheyExpire) {
+  using std::chrono::days;
+  const std::chrono::system_clock::time_point begin = std::chrono::sys_days(std::chrono::year(2027) / 1 / 31);
+  const auto key = fault_key(msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES, "h2");
+  const auto report = [&](Time left) {
+    for (const std::string node : {"agent/h2", "driver/arm3"}) keys[node] = {begin, 400 * days(1)};
+    keys["planner/arm3"] = {begin, left};
+    run_for(20ms);
+  };
+  report(days(30));
+  EXPECT_TRUE(detector.faults().open().empty());
+  report(days(30) - 1s);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_CERTIFICATE_EXPIRES);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_EQ(the_fault().subject, "h2");
+  EXPECT_EQ(the_fault().description,
+            "host h2: its keys expire on 2027-01-31; make new ones with `hecaton keystore renew`, and restart its "
+            "services");
+  EXPECT_TRUE(held().empty()) << "its processes go on with them";
+  detector.adopt(key, the_fault(), now);
+  report(1s);
+  EXPECT_EQ(detector.faults().open().size(), 1U);
+  report(0s);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_ERROR);
+  EXPECT_NE(the_fault().description.find("have expired on 2027-01-31"), std::string::npos);
+  EXPECT_TRUE(held().empty());
+  report(days(365));
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
 TEST_F(FaultDetectorTest, ReportsAnArmThatStandsWithoutReason) {
   detector.arm_stands("arm2", "arm arm2 should move, but stands");
   run_for(100ms);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -73,7 +74,7 @@ class VirtualCell {
       if (cut.contains({node.host, own})) continue;
       const bool streams = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_WORLD;
       if (streams && !mute.contains(node.name)) detector.stream_heard(node.name, now);
-      if (beat) detector.heard(node.name, {pids[node.name], now});
+      if (beat) detector.heard(node.name, {pids[node.name], now, 0, std::nullopt, keys_of(node.name)});
     }
     detector.judge(now);
   }
@@ -120,10 +121,15 @@ class VirtualCell {
   std::set<std::string> dead;
   std::set<std::string> mute;  ///< nodes that send heartbeats, but no states
   std::set<Link> cut;
+  std::map<std::string, KeyExpiry> keys;  ///< by node
   Time now{0};
   int turns = 0;
 
  private:
+  [[nodiscard]] std::optional<KeyExpiry> keys_of(const std::string& node) const {
+    const auto found = keys.find(node);
+    return found == keys.end() ? std::nullopt : std::optional(found->second);
+  }
   [[nodiscard]] std::set<std::string> hosts() const {
     std::set<std::string> hosts;
     for (const ExpectedNode& node : detector.nodes()) hosts.insert(node.host);
