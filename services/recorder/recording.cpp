@@ -43,7 +43,6 @@ StringMap channel_metadata(const bus::TopicInfo& topic, const bus::EndpointId& w
           {"transient_local", yes(topic.qos.transient_local)},
           {"depth", std::to_string(topic.qos.depth)},
           {"deadline", milliseconds(topic.qos.deadline)},
-          {"lease", milliseconds(topic.qos.lease)},
           {"writers", std::string(topic.writers)},
           {"readers", std::string(topic.readers)}};
 }
