@@ -103,7 +103,8 @@ std::vector<std::string> device_steps(const config::CellFile& file, std::span<co
   for (std::size_t arm = 0; arm < file.devices.size(); ++arm) {
     for (const std::string_view step : type_of(file.devices[arm], types).steps) {
       std::string& own = steps.emplace_back(step);
-      own.replace(own.find(kArm), kArm.size(), file.cell.arms[arm].arm.name);
+      const std::size_t place = own.find(kArm);
+      if (place != std::string::npos) own.replace(place, kArm.size(), file.cell.arms[arm].arm.name);
     }
   }
   return steps;

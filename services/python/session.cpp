@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
+
+#include <pthread.h>
 
 #include "services/python/unknown_name.hpp"
 
@@ -11,7 +15,25 @@ namespace hecaton::python {
 namespace py = pybind11;
 using Clock = std::chrono::steady_clock;
 
+namespace {
+
+void end_without_destructors(int status, void* /*unused*/) {
+  static_cast<void>(std::fflush(nullptr));
+  std::_Exit(status);
+}
+
+/// The static destructors of the middleware wait for threads that a child of fork() does not have.
+void spare_children_the_destructors() {
+  static const bool done = [] {
+    return pthread_atfork(nullptr, nullptr, [] { on_exit(end_without_destructors, nullptr); }) == 0;
+  }();
+  static_cast<void>(done);
+}
+
+}  // namespace
+
 std::shared_ptr<Session> Session::connect(const ConnectOptions& options, Seconds limit) {
+  spare_children_the_destructors();
   Cell cell = run_interruptibly(std::stop_token(), [&](std::stop_token stop) {
     return Cell::connect(options, Wait{limit, std::move(stop)});
   });

@@ -54,17 +54,18 @@ std::string from_line(const std::string& text, const std::string& begin) {
 TEST_F(InitTest, NextCommandsFindTheCellAndCanBeCopied) {
   const std::string cell = path("my cell.yaml");
   const auto steps_with = [&](const std::string& more) {
-    std::ofstream(cell) << "arms:\n  - {name: north, robot: ur5e" << more;
-    return from_line(run_line({"check", cell}).out, "next: ");
+    std::ofstream(cell) << "name: small\narms:\n  - {name: north, urdf: '" << HECATON_SOURCE_DIR
+                        << "/deploy/cells/urdf/puma560.urdf', base: {xyz: [0, 0, 0]}, "
+                           "poses: {home: [0, -1.9, 2.6, 0, 0.6, 0], ready: [-0.3, -1.25, 3.5, 0, 0.89, 0]}"
+                        << more;
+    return from_line(run_line({"check", cell}).out, "then: ");
   };
   const std::string quoted = "'" + cell + "'";
   const std::string live = "then: hecaton up " + quoted + "\nand in a second terminal:\n";
   const std::string by_file = " --cell " + quoted + "\n";
-  EXPECT_EQ(from_line(steps_with("}\n"), "then: "), live + "  hecaton goal north --named ready --wait\n");
-  EXPECT_EQ(from_line(steps_with("}\nnetwork: {domain: 7}\n"), "then: "),
-            live + "  hecaton goal north --named ready --wait" + by_file);
-  EXPECT_EQ(from_line(steps_with(", device: {type: universal_robots, robot_ip: 192.168.0.10}}\nnetwork: {domain: 7}\n"),
-                      "then: "),
+  EXPECT_EQ(steps_with("}\n"), live + "  hecaton goal north --named ready --wait\n");
+  EXPECT_EQ(steps_with("}\nnetwork: {domain: 7}\n"), live + "  hecaton goal north --named ready --wait" + by_file);
+  EXPECT_EQ(steps_with(", device: {type: universal_robots, robot_ip: 192.168.0.10}}\nnetwork: {domain: 7}\n"),
             live + "  hecaton device north on" + by_file + "  hecaton resume north" + by_file +
                 "  # the real arm north moves now: stand at its emergency stop\n" +
                 "  hecaton goal north --named ready --wait" + by_file);
