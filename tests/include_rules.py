@@ -104,7 +104,7 @@ PURE = ["services/runtime/cause", "services/runtime/orders", "services/runtime/s
         "services/supervisor/failover/leadership", "services/supervisor/failover/planner_failover",
         "services/supervisor/replication/unreplicated",
         "services/runtime/arm_lease", "services/runtime/latest_faults", "services/runtime/node_name", "services/runtime/progress_watchdog",
-        "services/runtime/standstill"]
+        "services/runtime/standstill", "services/security/expiry"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 

@@ -78,7 +78,7 @@ TEST(Agent, RejectsAnUnknownHost) {
   for (const std::string host : {"", "south-pc"}) {
     const Ran ran = run_hecaton({"agent", kThreeHosts, "--host", host, "--domain", std::to_string(domain.number())});
     EXPECT_EQ(ran.code, 3);
-    EXPECT_EQ(ran.err, kThreeHosts + ": --host '" + host +
+    EXPECT_EQ(ran.err, "hecaton: " + kThreeHosts + ": --host '" + host +
                            "' must be one of north-pc, west-pc, east-pc, world-pc, supervisor-pc\n");
   }
 }

@@ -65,7 +65,7 @@ TEST_F(MotionProcess, ReportsBadInputInOneSentenceWithExitCodeThree) {
   }
   ChildProcess unknown("hecaton-planner", {path_, "--arm", "arm9"});
   EXPECT_EQ(unknown.wait(30s).code, 3);
-  EXPECT_EQ(unknown.standard_error(), path_ + ": --arm arm9 must be one of arm1\n");
+  EXPECT_EQ(unknown.standard_error(), "hecaton-planner: " + path_ + ": --arm arm9 must be one of arm1\n");
 }
 
 TEST_F(MotionProcess, DistinguishesWrongUsageFromABadValue) {
