@@ -58,22 +58,23 @@ class CommandRecord {
   std::deque<Refused> refused_;  ///< in the order of their first refusals
 };
 
-/// Tells commands of a term that no supervisor has granted from those that arrive a few periods before their grant.
+/// Tells commands of a term that no supervisor has granted from those that arrive before their grant: while leaders
+/// change, the grant may come some hundred milliseconds later.
 class UngrantedCommands {
  public:
-  static constexpr int kMany = 20;
-  static constexpr std::chrono::seconds kWindow{1};  ///< a longer pause begins a new count
+  static constexpr std::chrono::seconds kLasting{1};
+  static constexpr std::chrono::seconds kPause{1};  ///< after a longer one it begins anew
 
-  /// Call it for each such command. True when there were many.
+  /// Call it for each such command. True when they have arrived for kLasting.
   [[nodiscard]] bool note(bus::Clock::time_point at) {
-    if (at - last_ > kWindow) count_ = 0;
+    if (at - last_ > kPause) begin_ = at;
     last_ = at;
-    return ++count_ >= kMany;
+    return at - begin_ >= kLasting;
   }
 
  private:
+  bus::Clock::time_point begin_{};
   bus::Clock::time_point last_{};
-  int count_ = 0;
 };
 
 /// Logs each change once.
