@@ -99,8 +99,8 @@ std::string Session::keep(const Goal& goal) {
 }
 
 Outcome Session::wait(const std::string& id, Seconds limit) {
+  const Call counted(*this);  // to the end of the last wait for the interpreter lock, see close()
   const Unlocked<Goal> goal(this->goal(id));
-  const Call counted(*this);
   const auto began = Clock::now();
   while (true) {
     const Seconds left = limit - Seconds(Clock::now() - began);

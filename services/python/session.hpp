@@ -49,8 +49,8 @@ class Session {
   /// Runs `work(cell, wait)`, which may wait. Ends at close() (Closed) and at a signal.
   template <class Work>
   auto call(Seconds limit, Work work) {
+    const Call counted(*this);  // to the end of the last wait for the interpreter lock, see close()
     const Unlocked<Cell> cell(this->cell());
-    const Call counted(*this);
     try {
       return run_interruptibly(closing_.get_token(), [&](std::stop_token stop) {
         return work(*cell, Wait{limit, std::move(stop)});
