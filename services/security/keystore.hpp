@@ -22,8 +22,9 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
+
+#include "services/security/permissions.hpp"
 
 namespace hecaton::services {
 
@@ -32,24 +33,11 @@ struct KeystoreError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a participant may do. An operator gives goals and orders and edits obstacles. A viewer only reads.
-enum class Role { kAgent, kSupervisor, kWorld, kDriver, kPlanner, kOperator, kViewer };
-inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWorld, Role::kDriver,
-                                   Role::kPlanner, Role::kOperator,   Role::kViewer};
-/// "planner"
-[[nodiscard]] std::string_view role_name(Role role);
-
-/// The permissions of a role (DDS Security 1.1, section 9.4.1.3) for the identity with this subject. They allow exactly
-/// the topics that the table of topics has for the role.
-[[nodiscard]] std::string permissions_xml(Role role, const std::string& subject,
-                                          std::chrono::system_clock::time_point from,
-                                          std::chrono::system_clock::time_point until);
+/// The first six bytes of the GUIDs of an identity's participants, see bus::GuidBeginning.
+using GuidBeginning = std::array<std::uint8_t, 6>;
 
 /// Makes the authority of a new keystore. `folder` must not exist, or be empty.
 void create_keystore(const std::filesystem::path& folder, std::chrono::days validity);
-
-/// The first six bytes of the GUIDs of an identity's participants, see bus::GuidBeginning.
-using GuidBeginning = std::array<std::uint8_t, 6>;
 
 /// Makes identities of all roles on a host, or new ones in place of present ones. `host`: its name in the cell file. A
 /// host whose identities were revoked gets another subject. Needs the private key of the authority, as renew_host() and

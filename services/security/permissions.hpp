@@ -1,0 +1,34 @@
+#pragma once
+/// Roles of a secured cell, and the documents of DDS Security that say what each may do. No files, no cryptography.
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace hecaton::services {
+
+/// What a participant may do. An operator gives goals and orders and edits obstacles. A viewer only reads.
+enum class Role { kAgent, kSupervisor, kWorld, kDriver, kPlanner, kOperator, kViewer };
+inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWorld, Role::kDriver,
+                                   Role::kPlanner, Role::kOperator,   Role::kViewer};
+/// "planner"
+[[nodiscard]] std::string_view role_name(Role role);
+
+/// All traffic is encrypted, no participant joins without an identity, and permissions decide about each topic.
+[[nodiscard]] std::string governance_xml();
+
+/// The permissions of a role (DDS Security 1.1, section 9.4.1.3) for the identity with this subject. They allow exactly
+/// the topics that the table of topics has for the role.
+[[nodiscard]] std::string permissions_xml(Role role, const std::string& subject,
+                                          std::chrono::system_clock::time_point from,
+                                          std::chrono::system_clock::time_point until);
+
+/// When permissions expire; the earliest of several grants. Empty: the document does not say.
+[[nodiscard]] std::optional<std::chrono::system_clock::time_point> permissions_expiry(const std::string& document);
+
+/// "2027-01-31T12:00:00", in UTC
+[[nodiscard]] std::string xml_time(std::chrono::system_clock::time_point time);
+
+}  // namespace hecaton::services
