@@ -62,11 +62,11 @@ struct Supervision {
   std::string host;          ///< of the supervisor
   std::string standby_host;  ///< of the standby supervisor; empty: none
   std::chrono::nanoseconds heartbeat_period = std::chrono::milliseconds(10);  ///< of every service's working loop
-  /// After this time without heartbeat a loop counts as hanging; > heartbeat_period, whole milliseconds for DDS.
+  /// After this time without heartbeat a loop counts as hanging; > heartbeat_period, whole milliseconds.
   std::chrono::nanoseconds heartbeat_deadline = std::chrono::milliseconds(20);
-  /// Liveliness lease: after this time without any sample a host or its link counts as lost; > heartbeat_deadline.
+  /// Lease: after this time without any sample a host or its link counts as lost; > heartbeat_deadline.
   std::chrono::nanoseconds host_lease = std::chrono::milliseconds(100);
-  /// Liveliness lease between an active service and its standby; > heartbeat_period.
+  /// Lease between an active service and its standby; > heartbeat_period.
   std::chrono::nanoseconds failover_timeout = std::chrono::milliseconds(20);
   /// The agent restarts a process whose loop has sent no heartbeat for this time (six times that before the first one);
   /// 0: never.
