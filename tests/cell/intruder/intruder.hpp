@@ -20,7 +20,7 @@ namespace hecaton::test {
 /// Publishes any bytes as samples of a topic, past every check of the bus's own writers. Fast DDS 2.
 class RawWriter {
  public:
-  RawWriter(int domain, const std::string& partition, const std::string& type) {
+  RawWriter(int domain, const std::string& partition, const std::string& type, bool reliable = true) {
     namespace dds = bus::dds;
     dds::DomainParticipantQos qos;
     qos.name("intruder");
@@ -42,9 +42,7 @@ class RawWriter {
     writer_qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     writer_qos.history().depth = 1;
     writer_qos.endpoint().history_memory_policy = bus::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    writer_qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
-    writer_qos.liveliness().lease_duration = {0, 20'000'000};
-    writer_qos.liveliness().announcement_period = {0, 10'000'000};
+    if (!reliable) writer_qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
     writer_qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ = publisher->create_datawriter(topic, writer_qos);
   }

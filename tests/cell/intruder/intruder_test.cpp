@@ -199,6 +199,25 @@ TEST_F(IntruderCell, TakesNoMemoryBySamplesThatClaimIt) {
   EXPECT_LT(alive_["driver/arm1"].rss_bytes(), before + (20U << 20U));
 }
 
+TEST(Incompatible, WriterIsReportedWithItsPolicy) {
+  const FreeDomain domain;
+  bus::ParticipantOptions options;
+  options.interfaces = {"127.0.0.1"};
+  bus::Participant participant(domain.number(), "reader", options);
+  bus::Reader<msg::ArmCommand> reader(participant);
+  const RawWriter writer(domain.number(), "*", "ArmCommand", false);
+  std::string policy;
+  const auto end = bus::Clock::now() + std::chrono::seconds(30);
+  while (policy.empty() && bus::Clock::now() < end) {
+    static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(100)));
+    for (const bus::Event& event : reader.mailbox().take_events()) {
+      if (event.kind == bus::EventKind::kIncompatible) policy = event.key;
+    }
+  }
+  EXPECT_EQ(policy, "reliability");
+  EXPECT_EQ(reader.matched(), 0);
+}
+
 TEST_F(IntruderCell, DoesNotHangAProcessByDatagrams) {
   const DatagramSender sender(domain_.number());
   const auto guid = states_.latest("arm1")->writer;  // of the driver
