@@ -188,10 +188,12 @@ def robots_parts(binaries):
         return ", ".join(f"`{name}`" for name in names)
 
     def documents(found):
-        return "; ".join((f"{document} " if document else "") + f"({listed(names)})" for document, names in found.items())
+        lines = [(f"{document} " if document else "") + f"({listed(names)})" for document, names in found.items()]
+        return lines[0] if len(lines) == 1 else "".join(f"\n  - {line}" for line in lines)
 
     return {"robots": figures,
-            "sources": "".join(f"- {what}{': ' if all(found) else ' '}{documents(found)}\n" for what, found in sources.items()),
+            "sources": "".join(f"- {what}{':' if all(found) else ''} {documents(found)}\n".replace(" \n", "\n", 1)
+                               for what, found in sources.items()),
             "approximate": "".join(f"- {listed(names)}: {sentence}\n" for sentence, names in approximate.items())}
 
 
