@@ -10,6 +10,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/model/kinematics.hpp"
+#include "planner/model/whole_turns.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -75,13 +76,13 @@ std::string error_text(const ToolError& error) {
 class ToolGoalResolver {
  public:
   ToolGoalResolver(const Arm& arm, const ToolGoal& goal, const JointVector& q_now, const ConfigurationCheck& check)
-      : arm_(arm), goal_(goal), q_now_(q_now) {
+      : arm_(arm), goal_(goal), q_now_(q_now), check_(check) {
     options_.free_rotation = goal.free_rotation;
     options_.position_tolerance = std::min(options_.position_tolerance, 0.1 * goal.position_tolerance);
     options_.orientation_tolerance = std::min(options_.orientation_tolerance, 0.1 * goal.orientation_tolerance);
-    options_.accept = [this, &check](const JointVector& q) {
+    options_.accept = [this](const JointVector& q) {
       ++reaching_;
-      failed_ = check(q);
+      failed_ = check_(q);
       return !failed_;
     };
   }
@@ -93,12 +94,13 @@ class ToolGoalResolver {
           << " m from its first joint, and it reaches no farther than " << reach.tool << " m";
       return rejected(RejectionKind::kUnreachable, arm_.name, out.str());
     }
-    if (auto q = inverse_kinematics(arm_, goal_.X_WT, q_now_, options_)) return {.q = std::move(*q)};
+    if (auto q = inverse_kinematics(arm_, goal_.X_WT, q_now_, options_)) return {.q = with_free_way(*q)};
     if (failed_) return in_collision();
     std::optional<NearestOrientation> nearest;
     if (goal_.free_rotation != FreeRotation::kAll) nearest = nearest_orientation(arm_, goal_.X_WT, q_now_, options_);
-    if (nearest && nearest->angle <= kPlannedShare * goal_.orientation_tolerance) return {.q = nearest->q};
-    if (auto q = within_tolerances()) return {.q = std::move(*q)};
+    if (nearest && nearest->angle <= kPlannedShare * goal_.orientation_tolerance)
+      return {.q = with_free_way(nearest->q)};
+    if (auto q = within_tolerances()) return {.q = with_free_way(*q)};
     if (nearest) {
       ToolGoalAnswer answer =
           rejected(RejectionKind::kOrientation, arm_.name,
@@ -115,6 +117,10 @@ class ToolGoalResolver {
 
  private:
   [[nodiscard]] double away(const ArmReach& reach) const { return (goal_.X_WT.translation() - reach.centre).norm(); }
+
+  [[nodiscard]] JointVector with_free_way(const JointVector& q) const {
+    return turns_with_free_way(arm_, q, q_now_, [this](const JointVector& between) { return !check_(between); });
+  }
 
   std::optional<JointVector> within_tolerances() {
     IkOptions loose = options_;
@@ -138,6 +144,7 @@ class ToolGoalResolver {
   const Arm& arm_;
   const ToolGoal& goal_;
   const JointVector& q_now_;
+  const ConfigurationCheck& check_;
   IkOptions options_;
   int reaching_ = 0;                 ///< configurations that meet the goal, or its position
   std::optional<Rejection> failed_;  ///< of the last of them

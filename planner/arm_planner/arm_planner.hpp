@@ -1,6 +1,5 @@
 #pragma once
-/// The complete planner of one arm: tick, rollouts, replanning and coupled plans in one fixed order
-/// (docs/explanation/0017-arm-planner.md).
+/// The complete planner of one arm: tick, rollouts, replanning and coupled plans in one fixed order (ARCHITECTURE.md).
 
 #include <cstdint>
 #include <memory>

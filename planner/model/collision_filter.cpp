@@ -12,6 +12,7 @@
 
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/kinematics.hpp"
+#include "planner/model/whole_turns.hpp"
 #include "planner/model/rate_bounds.hpp"
 
 namespace hecaton::planner {
@@ -252,7 +253,6 @@ void filter_close_pairs(RobotModel& model, const PairDistance& distance, const F
                           ", therefore they keep smaller distances than other links: " + names(model, may_touch));
 }
 
-constexpr double kWholeTurn = 2.0 * std::numbers::pi;
 /// Positions of a turn at which a joint may be blocked; a divisor of 360, so that half a turn is one of them.
 constexpr int kTurnPositions = 24;
 

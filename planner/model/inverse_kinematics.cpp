@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "planner/model/kinematics.hpp"
+#include "planner/model/whole_turns.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -125,17 +126,6 @@ class Solver {
   FrameJacobian J_;
 };
 
-/// Adds whole turns to joints that repeat after them, so that they are as near to `start` as the limits allow.
-JointVector unwound(const Arm& arm, JointVector q, const JointVector& start) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  for (int j = 0; j < arm.model->joints(); ++j) {
-    if (!repeats_after_turn(*arm.model, j)) continue;
-    const double turned = q[j] + kTurn * std::round((start[j] - q[j]) / kTurn);
-    if (turned >= arm.limits.lower[j] && turned <= arm.limits.upper[j]) q[j] = turned;
-  }
-  return q;
-}
-
 }  // namespace
 
 JointVector random_configuration(const JointLimits& limits, std::mt19937_64& random) {
@@ -174,7 +164,7 @@ std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, 
   for (int attempt = 0; attempt <= options.seeds; ++attempt) {
     JointVector q = attempt == 0 ? start : random_configuration(arm.limits, random);
     if (!solver.converge(q)) continue;
-    q = unwound(arm, q, start);
+    q = nearest_turns(arm, q, start);
     if (!options.accept || options.accept(q)) return q;
   }
   return std::nullopt;
@@ -189,7 +179,7 @@ std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose
     JointVector q = attempt == 0 ? start : random_configuration(arm.limits, random);
     if (!solver.approach_orientation(q)) continue;
     const double angle = rotation_error(options.free_rotation, solver.X_WT().linear(), X_WT.linear()).norm();
-    found.push_back({unwound(arm, q, start), solver.X_WT(), angle});
+    found.push_back({nearest_turns(arm, q, start), solver.X_WT(), angle});
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.angle < b.angle; });
   const auto accepted = std::find_if(found.begin(), found.end(), [&](const NearestOrientation& candidate) {

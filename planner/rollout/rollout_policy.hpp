@@ -1,5 +1,5 @@
 #pragma once
-/// The questions of one arm to its rollout search (docs/explanation/0004-rollouts.md, 0013-lookahead.md).
+/// The questions of one arm to its rollout search (docs/explanation/0004-rollouts.md).
 
 #include <cstdint>
 #include <optional>

@@ -10,6 +10,7 @@
 #include "planner/local/goal_objective.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 #include "planner/model/inverse_kinematics.hpp"
+#include "planner/model/whole_turns.hpp"
 #include "planner/simulation/task_shortage.hpp"
 #include "world/model/obstacle_motion.hpp"
 
@@ -303,17 +304,25 @@ struct TaskGenerator::Impl {
     return q;
   }
 
-  /// Adds whole turns to the goals of joints that turn more than once, towards the starts.
-  void unwind(const CellConfiguration& starts, CellConfiguration& goals) const {
-    constexpr double kTurn = 2.0 * std::numbers::pi;
+  [[nodiscard]] static bool turns_more_than_once(const Arm& arm) {
+    for (int j = 0; j < arm.model->joints(); ++j) {
+      const bool wide = arm.limits.upper[j] - arm.limits.lower[j] >= kTurnsMoreThanOnce;
+      if (wide && repeats_after_turn(*arm.model, j)) return true;
+    }
+    return false;
+  }
+
+  /// Adds whole turns to the goals of arms that turn more than once, towards the starts. Other arms and the motion of
+  /// obstacles do not count on the way.
+  void unwind(const CellConfiguration& starts, CellConfiguration& goals) {
     for (int i = 0; i < arms(); ++i) {
-      const JointLimits& limits = cell.arms[i].arm.limits;
-      for (int j = 0; j < cell.arms[i].arm.model->joints(); ++j) {
-        if (!repeats_after_turn(*cell.arms[i].arm.model, j)) continue;
-        if (!(limits.upper[j] - limits.lower[j] >= kTurnsMoreThanOnce)) continue;
-        const double turned = goals[i][j] + kTurn * std::round((starts[i][j] - goals[i][j]) / kTurn);
-        if (turned >= limits.lower[j] && turned <= limits.upper[j]) goals[i][j] = turned;
-      }
+      const Arm& arm = cell.arms[i].arm;
+      if (!turns_more_than_once(arm)) continue;
+      const auto touches = [](const Clearance& c) { return c.counterpart != Counterpart::kArm && c.distance <= 0.0; };
+      goals[i] = turns_with_free_way(arm, goals[i], starts[i], [&](const JointVector& q) {
+        forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
+        return !near(i, 0.0, 0.0, sweep.front(), touches, kNoArms);
+      });
     }
   }
 

@@ -11,6 +11,7 @@
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/orders.hpp"
 #include "services/runtime/run_service.hpp"
+#include "services/runtime/state_period.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -53,6 +54,12 @@ std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& a
   return mode.why(arm);
 }
 
+/// True when a planner, the supervisor and a person would decide the same on both states.
+bool decides_alike(const msg::ArmState& a, const msg::ArmState& b) {
+  return a.mode() == b.mode() && a.cause().kind() == b.cause().kind() && a.newest_term() == b.newest_term() &&
+         a.planner() == b.planner() && a.carried() == b.carried();
+}
+
 }  // namespace
 
 int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types) {
@@ -79,7 +86,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
     : name_(file.cell.arms[arm].arm.name),
       participant_(make_participant(file, options, Role::kDriver, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
-      readers_{bus::Reader<msg::ArmCommand>(participant_, &mailbox_),
+      readers_{bus::Reader<msg::ArmCommand>(participant_, &mailbox_, {.key = name_}),
                bus::Reader<msg::ObstacleShapes>(participant_, &mailbox_),
                bus::Reader<msg::DeviceRequest>(participant_, &mailbox_)},
       writers_{bus::Writer<msg::ArmState>(participant_), bus::Writer<msg::DeviceReply>(participant_)},
@@ -91,7 +98,8 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
       checkpoint_(options.checkpoint),
       device_(std::move(device)),
-      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value()), *device_) {
+      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value()), *device_),
+      published_{nanoseconds(state_period(file.cell.timing)), {}, {}} {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
 }
@@ -105,7 +113,8 @@ void ArmDriver::run() {
     note_lease();
     control_.write();
     handle_orders();
-    publish();
+    update_state();
+    publish_when_due();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
   log_info("driver shuts down", {{"arm", name_}});
@@ -198,10 +207,9 @@ void ArmDriver::update_carried() {
   }
 }
 
-void ArmDriver::publish() {
+void ArmDriver::update_state() {
   const planner::JointState& measured = control_.measured();
   state_.term(control_.gate().term());
-  state_.sequence_number(state_.sequence_number() + 1);
   state_.stamp_ns(std::chrono::nanoseconds(control_.measured_at().time_since_epoch()).count());
   state_.mode(control_.mode());
   messages::to_message(measured.q, state_.q());
@@ -214,8 +222,17 @@ void ArmDriver::publish() {
   state_.planner(control_.gate().lease().planner);
   state_.stale_rejected(control_.gate().stale_rejected());
   state_.cause(control_.cause());
-  (void)writers_.states.write(state_);  // best effort; the bus logs a refusal
   log_.state(state_);
+}
+
+// No reader's loop is faster than this period, and readers extrapolate.
+void ArmDriver::publish_when_due() {
+  const bool due = !published_.at || loop_.now() - *published_.at + loop_.period() / 2 >= published_.period;
+  if (!due && decides_alike(state_, published_.state)) return;
+  state_.sequence_number(state_.sequence_number() + 1);
+  published_.at = loop_.now();
+  published_.state = state_;
+  (void)writers_.states.write(state_);  // best effort; the bus logs a refusal
 }
 
 void ArmDriver::publish_heartbeat() {

@@ -41,7 +41,9 @@ class ArmDriver {
   void report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   void note_lease();
   void update_carried();
-  void publish();
+  void update_state();
+  /// Publishes the state once in published_.period, and at once when what others decide on has changed.
+  void publish_when_due();
   void publish_heartbeat();
 
   std::string name_;
@@ -64,6 +66,11 @@ class ArmDriver {
   std::unique_ptr<device::ArmDevice> device_;
   ArmControl control_;
   msg::ArmState state_;  ///< reused every period
+  struct Published {
+    std::chrono::nanoseconds period;  ///< of states in which nothing decisive changes
+    std::optional<std::chrono::steady_clock::time_point> at;
+    msg::ArmState state;
+  } published_;
   struct Order {
     msg::DeviceRequest request;  ///< the last one
     bool runs = false;           ///< the device carries it out

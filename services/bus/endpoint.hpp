@@ -20,6 +20,9 @@ namespace hecaton::bus {
 /// Departures of a writer from its topic.
 struct WriterOptions {
   Mailbox* mailbox = nullptr;  ///< gets events about readers; must outlive the writer
+  /// On a topic with Qos::partition_per_key: the only key that it writes. Empty: any key, which readers of all keys
+  /// get.
+  std::string key = {};
 };
 
 /// True when the middleware has accepted the sample, which does not mean that a reader has received it. Otherwise
@@ -76,9 +79,11 @@ struct Sample {
 
 /// Departures of a reader from its topic.
 struct ReaderOptions {
-  std::optional<std::chrono::milliseconds> deadline;  ///< instead of the topic's; 0: none
+  std::optional<std::chrono::milliseconds> deadline = {};  ///< instead of the topic's; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
-  std::optional<bool> conflate;
+  std::optional<bool> conflate = {};
+  /// On a topic with Qos::partition_per_key: the only key that it receives. Empty: all keys.
+  std::string key = {};
   std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
 };
 

@@ -31,15 +31,16 @@ WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const Top
                        const dds::TypeSupport& type, const WriterOptions& options)
     : participant_(std::move(participant)), info_(info), type_(type), keyed_(has_key(type)), mailbox_(options.mailbox) {
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
+  publisher_ = info.qos.partition_per_key ? participant_->publisher_of(options.key) : participant_->publisher;
   auto* topic = participant_->topic(info, type_);
-  writer_ = participant_->publisher->create_datawriter(topic, writer_qos(info.qos, keyed_), this);
+  writer_ = publisher_->create_datawriter(topic, writer_qos(info.qos, keyed_), this);
   if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + std::string(info.name));
 }
 
 WriterBase::~WriterBase() {
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   writer_->set_listener(nullptr, dds::StatusMask::none());
-  participant_->remove([from = participant_->publisher, writer = writer_] {
+  participant_->remove([from = publisher_, writer = writer_] {
     // Otherwise Fast DDS 2.9.1 removes the samples one by one while its thread of timers announces the rest to readers
     // without acknowledgement. From the number of a removed sample that thread counts on for ever, and holds a lock.
     std::size_t removed = 0;
@@ -117,7 +118,8 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
   deadline_ = options.deadline.value_or(info_.qos.deadline);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info_, type_);
-  reader_ = participant_->subscriber->create_datareader(topic, reader_qos(info_.qos, has_key(type_)), this);
+  subscriber_ = info_.qos.partition_per_key ? participant_->subscriber_of(options.key) : participant_->subscriber;
+  reader_ = subscriber_->create_datareader(topic, reader_qos(info_.qos, has_key(type_)), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
   if (deadline_ > Clock::duration::zero()) participant_->monitor(*this);
 }
@@ -127,7 +129,7 @@ void ReaderBase::close() {
   participant_->unmonitor(*this);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   reader_->set_listener(nullptr, dds::StatusMask::none());
-  participant_->remove([from = participant_->subscriber, reader = reader_] { from->delete_datareader(reader); });
+  participant_->remove([from = subscriber_, reader = reader_] { from->delete_datareader(reader); });
   reader_ = nullptr;
 }
 

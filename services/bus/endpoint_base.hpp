@@ -49,6 +49,7 @@ class WriterBase : public dds::DataWriterListener {
   mutable std::condition_variable changed_;
   std::atomic<int> matched_ = 0;
   std::atomic<bool> refused_before_ = false;
+  dds::Publisher* publisher_ = nullptr;  ///< of writer_
   dds::DataWriter* writer_ = nullptr;
 };
 
@@ -122,6 +123,7 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   std::unique_ptr<Mailbox> own_mailbox_;
   Mailbox* mailbox_;
   dds::TypeSupport type_;
+  dds::Subscriber* subscriber_ = nullptr;  ///< of reader_
   dds::DataReader* reader_ = nullptr;
   Clock::duration deadline_{};  ///< zero: none
   std::atomic<int> matched_ = 0;

@@ -157,6 +157,7 @@ EndpointId endpoint_id(const rtps::InstanceHandle_t& handle) {
 Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOptions& options)
     : identity_expires(options.identity_expires),
       mailbox_(options.mailbox),
+      partition_(options.partition),
       announce_departure_(options.announce_departure && options.identity.empty()),
       secured_(!options.identity.empty()),
       revoked_(options.revoked) {
@@ -252,6 +253,30 @@ dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSuppo
   if (topic == nullptr) throw std::runtime_error("bus: cannot create topic " + name);
   topics_.emplace(name, topic);
   return topic;
+}
+
+std::string Participant::Impl::partition_of(const std::string& key) const {
+  return partition_ + "/" + (key.empty() ? "*" : key);
+}
+
+dds::Publisher* Participant::Impl::publisher_of(const std::string& key) {
+  dds::Publisher*& known = publishers_[partition_of(key)];
+  if (known) return known;
+  dds::PublisherQos qos;
+  qos.partition().push_back(partition_of(key).c_str());
+  known = participant->create_publisher(qos, nullptr, dds::StatusMask::none());
+  if (!known) throw std::runtime_error("bus: cannot create a publisher in partition " + partition_of(key));
+  return known;
+}
+
+dds::Subscriber* Participant::Impl::subscriber_of(const std::string& key) {
+  dds::Subscriber*& known = subscribers_[partition_of(key)];
+  if (known) return known;
+  dds::SubscriberQos qos;
+  qos.partition().push_back(partition_of(key).c_str());
+  known = participant->create_subscriber(qos, nullptr, dds::StatusMask::none());
+  if (!known) throw std::runtime_error("bus: cannot create a subscriber in partition " + partition_of(key));
+  return known;
 }
 
 dds::TypeSupport Participant::Impl::raw_type(const std::string& name) {

@@ -38,6 +38,9 @@ struct Participant::Impl : PeerListener {
 
   /// The topic of a row, created on first use. Throws std::runtime_error.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
+  /// The publisher and subscriber in the partition of one key, or of all keys when it is empty. Hold endpoints_mutex.
+  [[nodiscard]] dds::Publisher* publisher_of(const std::string& key);
+  [[nodiscard]] dds::Subscriber* subscriber_of(const std::string& key);
   /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
   dds::TypeSupport raw_type(const std::string& name);
   void on_peer(const PeerEvent& event) override;
@@ -83,7 +86,12 @@ struct Participant::Impl : PeerListener {
   void note_addresses(const PeerEvent& event);
   void note_handshake(const PeerEvent& event);
 
+  [[nodiscard]] std::string partition_of(const std::string& key) const;
+
   Mailbox* mailbox_;
+  const std::string partition_;
+  std::map<std::string, dds::Publisher*> publishers_;    ///< by partition
+  std::map<std::string, dds::Subscriber*> subscribers_;  ///< by partition
   std::shared_ptr<DatagramFilter> filter_;
   bool announce_departure_;
   const bool secured_;

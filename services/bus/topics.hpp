@@ -25,6 +25,8 @@ struct Qos {
   /// A participant that has written a key within this time is the key's only writer: readers refuse the samples of
   /// others and report a second writer (stream_holder.hpp). 0: several participants may write a key.
   std::chrono::milliseconds hold{0};
+  /// Each key has a partition of its own, so a sample is sent only to the readers of its key (WriterOptions::key).
+  bool partition_per_key = false;
   bool reports_writers = false;  ///< readers report two writers of a key, but refuse none: terms or rules decide
 };
 
@@ -45,8 +47,8 @@ struct TopicInfo {
 // clang-format off: a table
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
-  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 20ms, .hold = 200ms)                 \
-  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .heartbeat = 5ms)                             \
+  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 50ms, .hold = 200ms)                 \
+  TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .heartbeat = 5ms, .partition_per_key = true)  \
   TOPIC(DeviceRequest, "", "cli", "driver", .reliable = true, .depth = 32)                                             \
   TOPIC(DeviceReply, "", "driver", "cli", .reliable = true, .transient_local = true, .depth = 4)                       \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \

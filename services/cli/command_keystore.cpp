@@ -14,6 +14,7 @@
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/text.hpp"
 #include "services/security/expiry.hpp"
 #include "services/security/keystore.hpp"
 
@@ -26,6 +27,7 @@ struct Options {
   std::string folder;
   std::string host;
   std::vector<std::string> hosts;
+  std::vector<std::string> arms;
   std::uint64_t days = 0;
 };
 
@@ -55,7 +57,7 @@ ExitCode create(const Settings& settings, const Options& options) {
 }
 
 ExitCode add(const Settings& settings, const Options& options) {
-  add_host(options.folder, options.host, days(options));
+  add_host(options.folder, options.host, days(options), options.arms);
   const std::string folder = enclave(options, options.host);
   const std::string revoked = revocations_file(options.folder).string();
   const std::string too = std::filesystem::exists(revoked) ? ", and " + revoked : "";
@@ -92,10 +94,18 @@ ExitCode revoke(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
+/// "north, west"; "all"; empty for a role that concerns no arm.
+std::string arms_text(const IdentityState& identity) {
+  if (!identity.arms.empty())
+    return config::listed(std::vector<std::string_view>(identity.arms.begin(), identity.arms.end()));
+  const bool of_arms = identity.role == role_name(Role::kPlanner) || identity.role == role_name(Role::kDriver);
+  return of_arms ? "all" : "";
+}
+
 ExitCode check(const Settings& settings, const Options& options) {
   const auto now = std::chrono::system_clock::now();
   Json identities = Json::array();
-  Table table({{"host"}, {"role"}, {"expires"}, {"days left", Align::kRight}, {"state"}});
+  Table table({{"host"}, {"role"}, {"arms"}, {"expires"}, {"days left", Align::kRight}, {"state"}});
   bool all_usable = true;
   for (const IdentityState& one : identities_in(options.folder)) {
     std::string state = one.problem.value_or("");
@@ -104,11 +114,12 @@ ExitCode check(const Settings& settings, const Options& options) {
     all_usable = all_usable && !one.problem;
     identities.push_back({{"host", one.host},
                           {"role", one.role},
+                          {"arms", one.arms.empty() ? Json() : Json(one.arms)},
                           {"expires", date_text(one.expires)},
                           {"days_left", left},
                           {"usable", !one.problem},
                           {"state", state}});
-    table.add({one.host, one.role, date_text(one.expires), std::to_string(left), state});
+    table.add({one.host, one.role, arms_text(one), date_text(one.expires), std::to_string(left), state});
   }
   print(settings, {{"identities", identities}}, table.text(Palette::for_stream(stdout)));
   return all_usable ? ExitCode::kDone : ExitCode::kNegative;
@@ -146,6 +157,10 @@ void add_keystore(CLI::App& app, Session& session) {
   const auto added = std::make_shared<Options>();
   CLI::App* addition = add_folder_command(*keystore, "add", "Makes the identities of a host, or new ones", *added);
   addition->add_option("HOST", added->host, "a host of the cell file")->required();
+  addition
+      ->add_option("--arms", added->arms,
+                   "the only arms that planners of this host may command, such as north,west (all arms)")
+      ->delimiter(',');
   add_validity(*addition, *added, 365);
   does(addition, added, add);
   const auto renewed = std::make_shared<Options>();

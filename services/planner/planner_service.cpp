@@ -168,7 +168,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
     : participant_(make_participant(file, options, Role::kPlanner, place.node, &mailbox_)),
       modes_(participant_, &modes_mailbox_),
       subscriptions_(participant_, mailbox_, place.arm),
-      publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_),
+      publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_, {.key = place.arm}),
                   .statuses = bus::Writer<msg::GoalStatus>(participant_),
                   .coordination = CoordinationPublisher(participant_, names_of(file.cell), arm, place.node),
                   .heartbeat =
@@ -239,8 +239,8 @@ void PlannerService::handle_goals(Clock::time_point now) {
 }
 
 // A person resumes the arm, and does not know the goal that it had then. The driver reports a short fault for some
-// periods only, which a planner that stands still meanwhile does not receive; the hold lasts. Goals that are sent during
-// the hold stay.
+// periods only, which a planner that stands still meanwhile does not receive; the hold lasts. Goals that are sent
+// during the hold stay.
 void PlannerService::end_goals_of_failed_device(Clock::time_point now) {
   if (!failover_.in_charge()) return;
   const auto& own = planner_.own_arm();

@@ -42,13 +42,13 @@ void make_folder(const fs::path& folder) {
   if (error) fail(folder, "cannot be made: " + error.message());
 }
 
-/// A name that is a folder and a part of a subject.
-void require_host_name(const fs::path& folder, const std::string& host) {
+/// `of`: "a host". The name of a host becomes a folder and a part of a subject, that of an arm a partition.
+void require_name(const fs::path& folder, const std::string& of, const std::string& name) {
   const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.'; };
-  if (!host.empty() && host.size() <= 63 && host.front() != '.' && std::all_of(host.begin(), host.end(), allowed))
+  if (!name.empty() && name.size() <= 63 && name.front() != '.' && std::all_of(name.begin(), name.end(), allowed))
     return;
-  throw KeystoreError(folder.string() +
-                      ": the name of a host has 1 to 63 letters, digits, '-', '_' and '.', and begins with no dot");
+  throw KeystoreError(folder.string() + ": the name of " + of +
+                      " has 1 to 63 letters, digits, '-', '_' and '.', and begins with no dot; it is \"" + name + "\"");
 }
 
 struct Authority {
@@ -74,6 +74,12 @@ std::vector<Role> roles_of(const fs::path& keystore, const std::string& host) {
     if (fs::exists(enclave_folder(keystore, host, role))) roles.push_back(role);
   }
   return roles;
+}
+
+/// The arms of the planners of a host; empty: all.
+std::vector<std::string> arms_of(const fs::path& keystore, const std::string& host) {
+  const fs::path file = enclave_folder(keystore, host, Role::kPlanner) / "permissions.xml";
+  return fs::exists(file) ? arms_in(read_file(file)) : std::vector<std::string>();
 }
 
 [[noreturn]] void fail_without_host(const fs::path& keystore, const std::string& host) {
@@ -140,16 +146,22 @@ std::string unrevoked_name(const fs::path& keystore, const std::string& host, Ro
   }
 }
 
+/// For how long and for which arms an identity is made; no arms: all.
+struct Terms {
+  std::chrono::days validity;
+  std::vector<std::string> arms;
+};
+
 /// Makes an identity in `folder`. Returns its line for note_issued().
 std::string make_identity(const fs::path& folder, const fs::path& keystore, const Authority& authority,
-                          const std::string& host, Role role, std::chrono::days validity, X509_CRL* revoked) {
+                          const std::string& host, Role role, const Terms& terms, X509_CRL* revoked) {
   make_folder(folder);
   const Key key = new_key(folder / "key.pem");
   const Certificate certificate =
       new_certificate(folder / "cert.pem", key.get(), unrevoked_name(keystore, host, role, revoked),
-                      authority.certificate.get(), authority.key.get(), validity);
-  const std::string permissions =
-      permissions_xml(role, subject_of(certificate.get()), begin_of(certificate.get()), end_of(certificate.get()));
+                      authority.certificate.get(), authority.key.get(), terms.validity);
+  const std::string permissions = permissions_xml(role, subject_of(certificate.get()), begin_of(certificate.get()),
+                                                  end_of(certificate.get()), terms.arms);
   write_file(folder / "permissions.xml", permissions);
   write_signed(folder / "permissions.p7s", permissions, authority.certificate.get(), authority.key.get());
   replicate(authority_file(keystore), folder / "identity_ca.cert.pem");
@@ -160,9 +172,9 @@ std::string make_identity(const fs::path& folder, const fs::path& keystore, cons
 
 /// New identities of these roles in place of the present ones.
 void make_identities(const fs::path& keystore, const std::string& host, const std::vector<Role>& roles,
-                     std::chrono::days validity) {
+                     const Terms& terms) {
   const Authority authority = read_authority(keystore);
-  if (end_of(authority.certificate.get()) < std::chrono::system_clock::now() + validity) {
+  if (end_of(authority.certificate.get()) < std::chrono::system_clock::now() + terms.validity) {
     throw KeystoreError(authority_file(keystore).string() +
                         ": expires before the new identities would; give fewer --days");
   }
@@ -175,7 +187,7 @@ void make_identities(const fs::path& keystore, const std::string& host, const st
   for (const Role role : roles) {
     std::error_code error;
     fs::remove_all(next(role), error);  // of a run that was interrupted
-    issued.push_back(make_identity(next(role), keystore, authority, host, role, validity, revoked.get()));
+    issued.push_back(make_identity(next(role), keystore, authority, host, role, terms, revoked.get()));
   }
   note_issued(keystore, issued);
   for (const Role role : roles) put_in_place(next(role), enclave_folder(keystore, host, role));
@@ -209,20 +221,22 @@ void create_keystore(const fs::path& folder, std::chrono::days validity) {
   write_signed(governance_file(folder), governance_xml(), certificate.get(), key.get());
 }
 
-void add_host(const fs::path& folder, const std::string& host, std::chrono::days validity) {
-  require_host_name(folder, host);
-  make_identities(folder, host, {kRoles.begin(), kRoles.end()}, validity);
+void add_host(const fs::path& folder, const std::string& host, std::chrono::days validity,
+              const std::vector<std::string>& arms) {
+  require_name(folder, "a host", host);
+  for (const std::string& arm : arms) require_name(folder, "an arm", arm);
+  make_identities(folder, host, {kRoles.begin(), kRoles.end()}, {validity, arms});
 }
 
 void renew_host(const fs::path& folder, const std::string& host, std::chrono::days validity) {
-  require_host_name(folder, host);
+  require_name(folder, "a host", host);
   const std::vector<Role> roles = roles_of(folder, host);
   if (roles.empty()) fail_without_host(folder, host);
-  make_identities(folder, host, roles, validity);
+  make_identities(folder, host, roles, {validity, arms_of(folder, host)});
 }
 
 void revoke_host(const fs::path& folder, const std::string& host) {
-  require_host_name(folder, host);
+  require_name(folder, "a host", host);
   const Authority authority = read_authority(folder);
   const fs::path file = revocations_file(folder);
   const std::set<std::string> serials = issued_for(folder, host);
@@ -320,11 +334,12 @@ std::vector<IdentityState> identities_in(const fs::path& keystore) {
       const fs::path enclave = enclave_folder(keystore, host.path().filename().string(), role);
       if (!fs::exists(enclave)) continue;
       IdentityState& state = found.emplace_back(
-          IdentityState{host.path().filename().string(), std::string(role_name(role)), {}, std::nullopt});
+          IdentityState{host.path().filename().string(), std::string(role_name(role)), {}, {}, std::nullopt});
       try {
         state.expires = end_of(read_certificate(enclave / "cert.pem").get());
         state.expires = expiry_of(enclave);  // of the certificate alone when other files are missing
         require_identity(enclave);
+        state.arms = arms_in(read_file(enclave / "permissions.xml"));
       } catch (const KeystoreError& problem) {
         state.problem = problem.what();
       }

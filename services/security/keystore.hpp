@@ -41,10 +41,13 @@ void create_keystore(const std::filesystem::path& folder, std::chrono::days vali
 
 /// Makes identities of all roles on a host, or new ones in place of present ones. `host`: its name in the cell file. A
 /// host whose identities were revoked gets another subject. Needs the private key of the authority, as renew_host() and
-/// revoke_host() do. An identity is replaced as a whole, and none before all new ones are complete.
-void add_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity);
+/// revoke_host() do. An identity is replaced as a whole, and none before all new ones are complete. `arms`: the
+/// planners and drivers of this host may command, or obey for, these arms only; empty: all arms.
+void add_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity,
+              const std::vector<std::string>& arms = {});
 
-/// Makes new keys and certificates for the identities that a host has. The old ones stay valid until they expire.
+/// Makes new keys and certificates for the identities that a host has, for the same arms. The old ones stay valid until
+/// they expire.
 void renew_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity);
 
 /// Enters all certificates of a host into the list of revoked certificates, and removes its identities.
@@ -93,6 +96,7 @@ struct IdentityState {
   std::string host;
   std::string role;
   std::chrono::system_clock::time_point expires;
+  std::vector<std::string> arms;       ///< that it may command or obey for; empty: all, or its role concerns no arm
   std::optional<std::string> problem;  ///< a sentence; empty: it can be used
 };
 

@@ -1,8 +1,9 @@
 #include "services/security/permissions.hpp"
 
 #include <algorithm>
+#include <array>
 #include <ctime>
-#include <vector>
+#include <set>
 
 #include "services/bus/topics.hpp"
 
@@ -28,12 +29,31 @@ bool has_any(std::string_view kinds, const std::vector<std::string_view>& words)
   return false;
 }
 
-std::string rule_xml(const std::string& element, const std::vector<std::string>& topics) {
+/// A partition of one arm in any cell: its name is CELL/ARM (Participant::Impl::partition_of).
+constexpr std::string_view kArmPartition = "<partition>*/";
+
+/// Names of topics.
+struct Topics {
+  std::vector<std::string> published;
+  std::vector<std::string> subscribed;
+};
+
+std::string criteria_xml(const std::string& element, const std::vector<std::string>& topics,
+                         const std::vector<std::string>& partitions) {
   if (topics.empty()) return {};
   std::string text = "        <" + element + ">\n          <topics>\n";
   for (const std::string& topic : topics) text += "            <topic>" + topic + "</topic>\n";
-  return text + "          </topics>\n          <partitions><partition>*</partition></partitions>\n        </" +
-         element + ">\n";
+  text += "          </topics>\n          <partitions>";
+  for (const std::string& partition : partitions) text += "<partition>" + partition + "</partition>";
+  return text + "</partitions>\n        </" + element + ">\n";
+}
+
+/// Fast DDS takes a partition that any topic of a rule has as one of all its topics. So a rule has one set of them.
+std::string rule_xml(const Topics& topics, const std::vector<std::string>& partitions) {
+  if (topics.published.empty() && topics.subscribed.empty()) return {};
+  return "      <allow_rule>\n        <domains><id_range><min>0</min><max>230</max></id_range></domains>\n" +
+         criteria_xml("publish", topics.published, partitions) +
+         criteria_xml("subscribe", topics.subscribed, partitions) + "      </allow_rule>\n";
 }
 
 }  // namespace
@@ -72,14 +92,19 @@ std::string governance_xml() {
 )";
 }
 
-std::string permissions_xml(Role role, const std::string& subject, Time from, Time until) {
-  std::vector<std::string> publishes;
-  std::vector<std::string> subscribes;
+std::string permissions_xml(Role role, const std::string& subject, Time from, Time until,
+                            const std::vector<std::string>& arms) {
+  Topics topics;
+  Topics of_arms;
   const bool reads_all = role == Role::kOperator || role == Role::kViewer;
   for (const bus::TopicInfo& topic : bus::kTopics) {
-    if (has_any(topic.writers, words_of(role))) publishes.emplace_back(topic.name);
-    if (reads_all || has_any(topic.readers, words_of(role))) subscribes.emplace_back(topic.name);
+    const bool reads = reads_all || has_any(topic.readers, words_of(role));
+    Topics& to = topic.qos.partition_per_key && !arms.empty() && !reads_all ? of_arms : topics;
+    if (has_any(topic.writers, words_of(role))) to.published.emplace_back(topic.name);
+    if (reads) to.subscribed.emplace_back(topic.name);
   }
+  std::vector<std::string> partitions;
+  for (const std::string& arm : arms) partitions.push_back("*/" + arm);
   return R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds>
   <permissions>
@@ -88,12 +113,8 @@ std::string permissions_xml(Role role, const std::string& subject, Time from, Ti
       <subject_name>)" +
          subject + R"(</subject_name>
       <validity><not_before>)" +
-         xml_time(from) + "</not_before><not_after>" + xml_time(until) + R"(</not_after></validity>
-      <allow_rule>
-        <domains><id_range><min>0</min><max>230</max></id_range></domains>
-)" + rule_xml("publish", publishes) +
-         rule_xml("subscribe", subscribes) + R"(      </allow_rule>
-      <default>DENY</default>
+         xml_time(from) + "</not_before><not_after>" + xml_time(until) + "</not_after></validity>\n" +
+         rule_xml(of_arms, partitions) + rule_xml(topics, {"*"}) + R"(      <default>DENY</default>
     </grant>
   </permissions>
 </dds>
@@ -110,6 +131,16 @@ std::optional<Time> permissions_expiry(const std::string& document) {
     first = std::min(first.value_or(time), time);
   }
   return first;
+}
+
+std::vector<std::string> arms_in(const std::string& document) {
+  std::set<std::string> arms;
+  for (std::size_t at = document.find(kArmPartition); at != std::string::npos;
+       at = document.find(kArmPartition, at + 1)) {
+    const std::size_t begin = at + kArmPartition.size();
+    arms.insert(document.substr(begin, document.find('<', begin) - begin));
+  }
+  return {arms.begin(), arms.end()};
 }
 
 std::string xml_time(Time time) {

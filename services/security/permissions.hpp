@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hecaton::services {
 
@@ -20,10 +21,15 @@ inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWor
 [[nodiscard]] std::string governance_xml();
 
 /// The permissions of a role (DDS Security 1.1, section 9.4.1.3) for the identity with this subject. They allow exactly
-/// the topics that the table of topics has for the role.
+/// the topics that the table of topics has for the role. `arms`: topics with a partition for each arm are allowed for
+/// these arms only; empty: for all arms.
 [[nodiscard]] std::string permissions_xml(Role role, const std::string& subject,
                                           std::chrono::system_clock::time_point from,
-                                          std::chrono::system_clock::time_point until);
+                                          std::chrono::system_clock::time_point until,
+                                          const std::vector<std::string>& arms = {});
+
+/// The `arms` of permissions_xml(), sorted; empty: all arms, or the role has no topic with a partition for each arm.
+[[nodiscard]] std::vector<std::string> arms_in(const std::string& document);
 
 /// When permissions expire; the earliest of several grants. Empty: the document does not say.
 [[nodiscard]] std::optional<std::chrono::system_clock::time_point> permissions_expiry(const std::string& document);

@@ -51,7 +51,7 @@ void WorldService::run() {
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
     // The world does not know where the arms are and no planner gets its obstacles, so no time passes in it.
     if (participant_.recovering()) continue;
-    arms_.update(world_);
+    arms_.update(world_, loop_.now());
     edits_.apply({world_, {file_.cell.arms, arms_.q()}, persistence_, obstacles_, term()});
     persistence_.update(loop_.now());
     edits_.reply(persistence_.writer());

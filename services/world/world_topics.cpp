@@ -11,13 +11,29 @@ namespace hecaton::services {
 namespace {
 
 constexpr std::chrono::milliseconds kReportPeriod{100};
+/// An arm that is not heard for longer is not assumed to move on [s].
+constexpr double kLongestExtrapolation = 0.03;
 
 }  // namespace
 
 MeasuredArms::MeasuredArms(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox)
-    : file_(file), states_(participant, &mailbox), arrivals_(file.cell.arms.size()), q_(file.cell.arms.size()) {}
+    : file_(file),
+      states_(participant, &mailbox),
+      measured_(file.cell.arms.size()),
+      arrivals_(file.cell.arms.size()),
+      q_(file.cell.arms.size()) {}
 
-void MeasuredArms::update(world::BulletWorld& world) {
+void MeasuredArms::update(world::BulletWorld& world, bus::Clock::time_point now) {
+  take();
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    if (!arrivals_[i]) continue;
+    const double age = std::chrono::duration<double>(now - *arrivals_[i]).count();
+    q_[i] = measured_[i].q + std::clamp(age, 0.0, kLongestExtrapolation) * measured_[i].qd;
+    planner::set_measured(world, static_cast<int>(i), file_.cell.arms[i].arm, *q_[i], kinematics_);
+  }
+}
+
+void MeasuredArms::take() {
   for (const auto& sample : states_.take()) {
     const auto& arms = file_.cell.arms;
     const auto found = std::find_if(arms.begin(), arms.end(),
@@ -26,14 +42,15 @@ void MeasuredArms::update(world::BulletWorld& world) {
     const planner::Arm& arm = found->arm;
     const auto q =
         messages::joints_from_message(sample.value.q(), {"ArmState of ", arm.name, ": q"}, arm.model->joints());
-    if (!q) {
-      log_warning("message ignored", {{"reason", q.error}});
+    const auto qd =
+        messages::joints_from_message(sample.value.qd(), {"ArmState of ", arm.name, ": qd"}, arm.model->joints());
+    if (!q || !qd) {
+      log_warning("message ignored", {{"reason", q ? qd.error : q.error}});
       continue;
     }
     const auto index = static_cast<std::size_t>(found - arms.begin());
-    planner::set_measured(world, static_cast<int>(index), arm, *q, kinematics_);
+    measured_[index] = {*q, *qd};
     arrivals_[index] = sample.received;
-    q_[index] = *q;
   }
 }
 

@@ -13,6 +13,7 @@
 
 #include "planner/model/kinematics.hpp"
 #include "planner/simulation/arm_in_world.hpp"
+#include "planner/trajectory/set_point_interpolator.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -25,17 +26,21 @@ class MeasuredArms {
  public:
   MeasuredArms(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox);
 
-  /// Moves the world's arms to the states that have arrived. Ignores a state that does not fit its arm, with a warning.
-  void update(world::BulletWorld& world);
+  /// Moves the world's arms to where they are at `now` by the states that have arrived, at constant velocity. Ignores a
+  /// state that does not fit its arm, with a warning.
+  void update(world::BulletWorld& world, bus::Clock::time_point now);
   /// Arrival of each arm's newest state; empty: none has arrived.
   [[nodiscard]] const std::vector<std::optional<bus::Clock::time_point>>& arrivals() const { return arrivals_; }
-  /// Joint positions of each arm's newest state [rad | m].
+  /// Joint positions of each arm at the last update [rad | m].
   [[nodiscard]] const std::vector<std::optional<planner::JointVector>>& q() const { return q_; }
 
  private:
+  void take();
+
   const config::CellFile& file_;
   bus::Reader<msg::ArmState> states_;
   planner::Kinematics kinematics_;  ///< scratch
+  std::vector<planner::JointState> measured_;
   std::vector<std::optional<bus::Clock::time_point>> arrivals_;
   std::vector<std::optional<planner::JointVector>> q_;
 };

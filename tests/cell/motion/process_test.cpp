@@ -52,6 +52,29 @@ TEST_F(MotionProcess, PublishesItsIdentityAndStateInHeartbeats) {
   ASSERT_TRUE(await([&] { return alive_["planner/arm1"].ticks() > ticks; }));
 }
 
+// More often than a planner or the world looks at it would only cost; what others decide on does not wait.
+TEST_F(MotionProcess, PublishesTheArmsStateOnceAPeriodAndChangesAtOnce) {
+  start_all();
+  history_.clear();
+  send(joint_goal("go", kReady));
+  ASSERT_TRUE(await([&] { return is("go", msg::GoalState::GOAL_REACHED); }));
+  set_mode(msg::Mode::MODE_STOP, 1, "test");
+  ASSERT_TRUE(await([&] { return arm()->mode() != msg::ArmMode::ARM_RUNNING; }));
+  ASSERT_GT(history_.size(), 20U);
+  bool changed = false;
+  for (std::size_t i = 1; i < history_.size(); ++i) {
+    const msg::ArmState& before = history_[i - 1];
+    const msg::ArmState& state = history_[i];
+    const bool same = before.mode() == state.mode() && before.cause().kind() == state.cause().kind() &&
+                      before.planner() == state.planner() && before.newest_term() == state.newest_term();
+    changed = changed || !same;
+    if (same && state.sequence_number() == before.sequence_number() + 1) {
+      EXPECT_GE(state.stamp_ns() - before.stamp_ns(), 8'000'000) << "of a period of 10 ms";
+    }
+  }
+  EXPECT_TRUE(changed);
+}
+
 TEST_F(MotionProcess, ReportsBadInputInOneSentenceWithExitCodeThree) {
   const std::vector<std::vector<std::string>> bad{
       {"no_such_cell.yaml", "--arm", "arm1"}, {path_, "--arm", "arm9"}, {path_, "--arm", "arm1", "--log-file", "/"}};

@@ -116,5 +116,25 @@ TEST_F(Revocation, LetsOldAndRenewedKeysWorkTogether) {
   EXPECT_TRUE(write_until(states, seen, [&] { return !seen.take().empty(); }));
 }
 
+TEST_F(Revocation, LetsPlannersOfAHostCommandItsArmsOnly) {
+  services::add_host(keys_, "guest-pc", std::chrono::days(5), {"south"});
+  services::renew_host(keys_, "guest-pc", std::chrono::days(6));
+  bus::Participant planner(domain_.number(), "planner", options(keys_, "guest-pc", Role::kPlanner));
+  EXPECT_THROW(bus::Writer<msg::ArmCommand>(planner, {.key = "north"}), std::runtime_error);
+  EXPECT_THROW(bus::Writer<msg::ArmCommand>{planner}, std::runtime_error);
+  bus::Participant driver(domain_.number(), "driver", options(keys_, "cell-pc", Role::kDriver));
+  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.key = "south"});
+  bus::Writer<msg::ArmCommand> writer(planner, {.key = "south"});
+  ASSERT_TRUE(writer.wait_matched(1, kPatience));
+  msg::ArmCommand command;
+  command.arm("south");
+  ASSERT_TRUE(writer.write(command));
+  const auto until = bus::Clock::now() + kPatience;
+  while (reader.latest("south") == nullptr && bus::Clock::now() < until) {
+    static_cast<void>(reader.wait_for_data(std::chrono::seconds(1)));
+  }
+  EXPECT_NE(reader.latest("south"), nullptr);
+}
+
 }  // namespace
 }  // namespace hecaton::test

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "planner/model/kinematics.hpp"
+#include "planner/model/whole_turns.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
 namespace hecaton::planner {
@@ -311,6 +312,28 @@ TEST(ContinuousAndPrismatic, AreSolvedToo) {
   EXPECT_LE(std::abs((*q)[0] - 7.0), std::numbers::pi + 1e-9);  // the nearest of its turns
   EXPECT_NEAR(std::cos((*q)[0]), -0.6, 1e-3);
   EXPECT_NEAR(std::sin((*q)[0]), -0.8, 1e-3);
+}
+
+// A table below the shoulder: a straight motion may pass above it only, whatever turn of the joint is nearer.
+TEST(WholeTurns, GoTheLongWayWhereTheShortOneIsBlocked) {
+  Arm arm = place(test::kPuma);
+  arm.limits.lower[1] = -2 * std::numbers::pi;
+  arm.limits.upper[1] = 2 * std::numbers::pi;
+  const JointVector start = JointVector::Zero(6);
+  JointVector goal = start;
+  goal[1] = 3.1;
+  EXPECT_EQ(nearest_turns(arm, goal, start), goal);
+  const auto above = [](const JointVector& q) { return std::sin(q[1]) < 0.2; };
+  JointVector other = goal;
+  other[1] -= 2 * std::numbers::pi;
+  EXPECT_EQ(turns_with_free_way(arm, goal, start, above), other);
+  EXPECT_EQ(turns_with_free_way(arm, goal, start, [](const JointVector&) { return true; }), goal);
+  EXPECT_EQ(turns_with_free_way(arm, goal, start, [](const JointVector&) { return false; }), goal);
+  // Both ways are blocked; the nearer one for longer.
+  const auto narrow = [&](const JointVector& q) { return above(q) && std::abs(q[1] + 1.5) > 0.2; };
+  EXPECT_EQ(turns_with_free_way(arm, goal, start, narrow), other);
+  arm.limits.lower[1] = -3.0;  // the other turn is out of reach
+  EXPECT_EQ(turns_with_free_way(arm, goal, start, above), goal);
 }
 
 // Three hinges about parallel axes move the tool in a plane; those of a PUMA in a volume.

@@ -59,6 +59,26 @@ TEST_F(Delivery, ReceivesCommandsForThirtyArmsOfOneWriter) {
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 30; }));
 }
 
+TEST_F(Delivery, SendsACommandOnlyToTheReadersOfItsArm) {
+  Reader<msg::ArmCommand> own(there_, nullptr, {.key = "north"});
+  Reader<msg::ArmCommand> other(there_, nullptr, {.key = "south"});
+  Reader<msg::ArmCommand> all(there_);
+  Writer<msg::ArmCommand> south(here_, {.key = "south"});
+  Writer<msg::ArmCommand> writer(here_, {.key = "north"});
+  ASSERT_TRUE(writer.wait_matched(2, kPatience));
+  ASSERT_TRUE(own.wait_matched(1, kPatience));
+  ASSERT_TRUE(all.wait_matched(2, kPatience));
+  ASSERT_TRUE(other.wait_matched(1, kPatience));  // the writer of its own arm
+  EXPECT_EQ(other.matched(), 1);
+  EXPECT_EQ(writer.matched(), 2);
+  msg::ArmCommand command;
+  command.arm("north");
+  ASSERT_TRUE(writer.write(command));
+  EXPECT_TRUE(wait_until(own, [&] { return own.latest("north") != nullptr; }));
+  EXPECT_TRUE(wait_until(all, [&] { return all.latest("north") != nullptr; }));
+  EXPECT_TRUE(other.take().empty());
+}
+
 TEST_F(Delivery, RefusesAKeyBeyondTheTopicsLimit) {
   Writer<msg::ProcessEvent> writer(here_);
   const int room = Topic<msg::ProcessEvent>::kInfo.qos.instances;

@@ -74,6 +74,7 @@ TEST_F(RawBus, RefusesWhatBreaksARuleOfTheWire) {
   RawReaders readers(there_, mailbox_, kRoom);
   Writer<msg::ArmCommand> writer(here_);
   ASSERT_TRUE(writer.wait_matched(1, kPatience));
+  ASSERT_TRUE(wait_until_taken(readers, [&] { return readers.matched() == 1; }));
   msg::ArmCommand command;
   command.arm("north");
   command.q({1e9});  // beyond every joint

@@ -227,5 +227,31 @@ TEST(Permissions, LetOnlyPlannersCommandAndOnlySupervisorsSetTheMode) {
   }
 }
 
+TEST(Permissions, NameTheArmsOfAPlannerAndOfADriver) {
+  const std::vector<std::string> arms{"north", "west"};
+  for (const Role role : {Role::kPlanner, Role::kDriver}) {
+    const std::string xml = permissions_xml(role, "CN=/host/role", {}, {}, arms);
+    EXPECT_EQ(arms_in(xml), arms);
+    const auto topic = xml.find("<topic>hecaton/ArmCommand</topic>");
+    ASSERT_NE(topic, std::string::npos);
+    const auto partitions = xml.find("<partitions>", topic);
+    EXPECT_EQ(xml.substr(partitions, xml.find("</partitions>", topic) - partitions),
+              "<partitions><partition>*/north</partition><partition>*/west</partition>");
+    EXPECT_TRUE(arms_in(permissions_xml(role, "CN=/host/role", {}, {})).empty());
+  }
+  EXPECT_TRUE(arms_in(permissions_xml(Role::kWorld, "CN=/host/role", {}, {}, arms)).empty());
+}
+
+TEST_F(Keystore, KeepsTheArmsOfAHostWhenItIsRenewed) {
+  add_host(keystore_, "north-pc", days(10), {"north"});
+  renew_host(keystore_, "north-pc", days(20));
+  for (const IdentityState& one : identities_in(keystore_)) {
+    const bool of_arms = one.role == "planner" || one.role == "driver";
+    EXPECT_EQ(one.arms, of_arms ? std::vector<std::string>{"north"} : std::vector<std::string>()) << one.role;
+  }
+  EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1), {"*"}); }).find("the name of an arm has"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace hecaton::services

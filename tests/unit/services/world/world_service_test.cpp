@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "planner/simulation/arm_in_world.hpp"
 #include "services/messages/convert.hpp"
 #include "services/world/world_edit.hpp"
 #include "services/world/world_topics.hpp"
+#include "tests/support/free_domain.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -74,6 +76,43 @@ TEST_F(Edit, AppliesTheRulesOfTheCellFile) {
             "obstacle 'a': pose.xyz[2] = -100.5 m must be between -100 and 100 m");
   EXPECT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.snapshot().states[0].X_WO.translation().z(), 0.0);
+}
+
+TEST(MeasuredArmsTest, MoveOnWithTheirVelocityUntilTheNextState) {
+  const config::CellFile file =
+      config::load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/planar_2r.yaml");
+  const planner::Arm& arm = file.cell.arms[0].arm;
+  const test::FreeDomain domain;
+  bus::ParticipantOptions options;
+  options.interfaces = {"127.0.0.1"};
+  bus::Participant driver(domain.number(), "driver", options);
+  bus::Participant participant(domain.number(), "world", options);
+  bus::Mailbox mailbox;
+  MeasuredArms arms(file, participant, mailbox);
+  bus::Writer<msg::ArmState> writer(driver);
+  std::vector<world::ArmBodies> bodies;
+  for (const planner::PlannedArm& planned : file.cell.arms) bodies.push_back(planner::arm_bodies(planned.arm));
+  world::BulletWorld world(file.cell.scene, bodies);
+  msg::ArmState state;
+  state.arm(arm.name);
+  state.q().assign(static_cast<std::size_t>(arm.model->joints()), 0.1);
+  state.qd().assign(state.q().size(), 2.0);
+  const auto until = bus::Clock::now() + std::chrono::seconds(20);
+  while (!arms.arrivals()[0] && bus::Clock::now() < until) {
+    ASSERT_TRUE(writer.write(state));
+    static_cast<void>(mailbox.wait(std::chrono::milliseconds(50)));
+    arms.update(world, bus::Clock::now());
+  }
+  ASSERT_TRUE(arms.arrivals()[0]);
+  arms.update(world, *arms.arrivals()[0] + std::chrono::seconds(1));
+  const auto received = *arms.arrivals()[0];
+  const auto first_joint = [&](std::chrono::milliseconds later) {
+    arms.update(world, received + later);
+    return (*arms.q()[0])[0];
+  };
+  EXPECT_NEAR(first_joint(std::chrono::milliseconds(-5)), 0.1, 1e-9);
+  EXPECT_NEAR(first_joint(std::chrono::milliseconds(10)), 0.12, 1e-9);
+  EXPECT_NEAR(first_joint(std::chrono::seconds(1)), 0.16, 1e-9);  // 30 ms at most
 }
 
 TEST(ContactReportMessage, CarriesAllFields) {
