@@ -169,32 +169,24 @@ SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \
 
 
 def robots_parts(binaries):
-    """A table of figures, then every source and every approximation once, with its robots."""
+    """A table of figures, then every approximation once, with its robots."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
     figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
-    sources, approximate = {}, {}
+    approximate = {}
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
         volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
         figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
                     f"| {volume[0] if volume else 'see below'} |\n")
-        for sentence in robot["sources"]:
-            what, _, document = sentence.partition(": ")
-            sources.setdefault(what, {}).setdefault(document, []).append(robot["name"])
         for sentence in robot["approximate"]:
             if not SHAPES.fullmatch(sentence):
+                sentence = re.sub(r"acceleration: full speed within (.*); the maker publishes none", r"acceleration: \1", sentence)
                 approximate.setdefault(sentence, []).append(robot["name"])
 
     def listed(names):
         return ", ".join(f"`{name}`" for name in names)
 
-    def documents(found):
-        lines = [(f"{document} " if document else "") + f"({listed(names)})" for document, names in found.items()]
-        return lines[0] if len(lines) == 1 else "".join(f"\n  - {line}" for line in lines)
-
     return {"robots": figures,
-            "sources": "".join(f"- {what}{':' if all(found) else ''} {documents(found)}\n".replace(" \n", "\n", 1)
-                               for what, found in sources.items()),
             "approximate": "".join(f"- {listed(names)}: {sentence}\n" for sentence, names in approximate.items())}
 
 
@@ -282,6 +274,8 @@ PLACES = {
     "tasks.clutter": ("root", "tasks: {centre: [0, 0, 0], clutter: {KEYS}}"),
     "arms[]": ("arm", "KEYS"),
     "arms[].sensors[]": ("arm", "sensors: [{name: eye, link: flange, position: [0, 0, 0], direction: [0, 0, 1], KEYS}]"),
+    "obstacles[].shapes[]": ("obstacle", "{KEYS}"),
+    "obstacles[].motion": ("motion", "KEYS"),
     "obstacles[].shapes[] of type sphere": ("obstacle", "{type: sphere, KEYS}"),
     "obstacles[].shapes[] of type capsule": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
     "obstacles[].shapes[] of type cylinder": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),

@@ -305,8 +305,7 @@ void add_plan(CLI::App& app, Session& session) {
   command
       ->add_option(
           "--from", arguments.from,
-          "joint values (of all planned arms, one arm after the other) or a named pose (the request's start, or "
-          "where the arms start)")
+          "joint values, one arm after the other, or a named pose (the request's start, or where the arms start)")
       ->type_name("Q");
   CLI::Option* to = command->add_option("--to", arguments.to, "the goal, in the same form (the request's goal)");
   to->type_name("Q");
@@ -325,7 +324,7 @@ void add_plan(CLI::App& app, Session& session) {
   constexpr config::Bounds kStep{1e-4, 1.0, "rad | m"};
   add_number(
       *command, "--step", [options = options.get()](double step) { options->step = step; },
-      "distance of checked configurations on a straight segment, in joint space [rad | m] (0.03)", kStep);
+      "distance of checked configurations on a segment [rad | m] (0.03)", kStep);
   constexpr config::Bounds kClearance{0.0, 1.0, "m"};
   add_number(
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
@@ -336,10 +335,8 @@ void add_plan(CLI::App& app, Session& session) {
   constexpr config::Bounds kDeviation{0.0, 1.0, "rad | m"};
   add_number(
       *command, "--deviation", [options = options.get()](double deviation) { options->deviation = deviation; },
-      "deviation of rounded corners from the path, in joint space [rad | m]; 0: the arm stops at corners (0.05)",
-      kDeviation);
-  add_duration(*command, "--trajectory", options->period,
-               "also print the trajectory with this sampling period: positions, velocities, accelerations", 1e-4,
+      "deviation of rounded corners from the path [rad | m]; 0: the arm stops at corners (0.05)", kDeviation);
+  add_duration(*command, "--trajectory", options->period, "also print the trajectory with this sampling period", 1e-4,
                3600.0);
   constexpr config::Bounds kJerk{0.1, 1e6, "rad/s³ | m/s³"};
   add_number(
