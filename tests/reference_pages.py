@@ -75,11 +75,15 @@ def commands(man, program):
     """A section for each command. What several commands have in common stands once, in front."""
     sections = sections_of(man)
     uses = collections.Counter(row for _, _, rows, _ in sections for row in rows)
-    meanings = collections.Counter(argument.split(" ")[0] for argument, _ in uses)
-    shared = [row for row in uses if uses[row] > 1 and meanings[row[0].split(" ")[0]] == 1]
+    shared = []
+    for (argument, meaning), count in uses.items():
+        name = argument.split(" ")[0]
+        rivals = [other for (own, text), other in uses.items() if own.split(" ")[0] == name and text != meaning]
+        if count > 1 and (not rivals or not name.startswith("-") and count > max(rivals)):
+            shared.append((argument, meaning))
     text = ""
     if shared:
-        text = f"### Shared arguments of {program}\nThe commands below name them only.\n\n{entries(shared)}\n"
+        text = f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n{entries(shared)}\n"
     told, previous = {}, None
     for command, sentence, rows, remarks in sections:
         own = entries(row for row in rows if row not in shared)
@@ -93,7 +97,7 @@ def commands(man, program):
         text += f"### {command}\n{sentence}\n\n"
         text += own + "\n" * bool(own)
         text += f"Shared: {names}.\n\n" * bool(names)
-        if remarks in told:
+        if remarks in told and len(remarks.split()) > 15:
             text += f"The remark of `{told[remarks]}` holds here, too.\n\n"
         elif remarks:
             told[remarks] = name
