@@ -86,6 +86,8 @@ def commands(man, program):
         text = f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n{entries(shared)}\n"
     told, previous = {}, None
     for command, sentence, rows, remarks in sections:
+        if command.split()[-1] == "man" or "completion" in command:
+            continue  # the page says both for all programs
         own = entries(row for row in rows if row not in shared)
         names = ", ".join(f"`{re.split('[ ,]', argument)[0]}`" for argument, _ in (row for row in rows if row in shared)
                           if argument.startswith("-"))
