@@ -229,8 +229,7 @@ void add_search(CLI::App& parent, Session& session) {
              "for comparison: first axis of the null space's basis; cells only support `second`");
   add_choice(
       *command, "--neighbours", options->neighbours, {"listed", "nearest"},
-      "for comparison: order of neighbours, as listed in the paper or nearest to the goal first; cells only support "
-      "`listed`");
+      "for comparison: order of neighbours, of the paper or nearest to the goal first; cells only support `listed`");
   add_threads(*command, options->threads);
   add_whole_number(
       *command, "--top", [options](std::uint64_t n) { options->top = n; }, "number of best strategies to show (10)", 1,
