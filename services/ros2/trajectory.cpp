@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/ros2/cell_description.hpp"
 #include "services/ros2/publisher.hpp"
 
@@ -94,8 +95,9 @@ JointVector tolerances(const std::vector<JointTolerance>& given, const char* nam
       return entry.name == joint || entry.name == prefixed(arm.name, joint);
     });
     if (found == names.end()) {
-      refuse(TrajectoryCode::kInvalidJoints,
-             std::string(name) + " names joint '" + entry.name + "', which arm " + arm.name + " does not have");
+      refuse(TrajectoryCode::kInvalidJoints, std::string(name) + " names joint '" +
+                                                 bus::printable(entry.name, bus::kLongestName) + "', which arm " +
+                                                 arm.name + " does not have");
     }
     if (entry.position > 0.0) tolerance[found - names.begin()] = entry.position;
   }
