@@ -117,7 +117,7 @@ void RtdeClient::update(Clock::time_point now) {
 void RtdeClient::take(const Package& package, Clock::time_point now) {
   if (package.type == PackageType::kText) {
     const auto text = text_message(package.payload, version_);
-    if (text && log_) log_("robot says", text->source + ": " + text->message);
+    if (text && log_) log_("robot says", readable(text->source + ": " + text->message));
     return;
   }
   if (package.type == PackageType::kData) {
@@ -200,7 +200,8 @@ void RtdeClient::take_outputs(std::string_view payload) {
     if (types[i] == field.type) {
       found.push_back(outputs_.fields[i]);
     } else if (types[i] != kNotFound) {
-      return fail("gives the RTDE output " + name + " as " + types[i] + ", not as " + std::string(field.type));
+      return fail("gives the RTDE output " + name + " as " + readable(types[i]) + ", not as " +
+                  std::string(field.type));
     } else if (field.required) {
       return fail("does not have the RTDE output " + name + ": update its software");
     }
