@@ -2,9 +2,11 @@
 // does.
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,8 @@ namespace {
 struct Target {
   const char* name;
   int (*run)(const std::uint8_t* data, std::size_t size);
+
+  friend std::ostream& operator<<(std::ostream& to, const Target& target) { return to << target.name; }
 };
 
 #define HECATON_TARGET(name) {#name, fuzz_##name},

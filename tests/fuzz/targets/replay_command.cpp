@@ -12,7 +12,7 @@ using namespace hecaton::services;
 
 /// A recording of four states of an arm.
 std::string recording() {
-  const std::string path = fuzz::folder().path("run.mcap");
+  const std::string path = fuzz::folder().path("commands.mcap");
   recorder::McapWriter file(path, "hecaton");
   const auto schema = file.add_schema("hecaton::msg::ArmState", "omgidl", "");
   const auto channel = file.add_channel(schema, "hecaton/ArmState", "cdr", {});
