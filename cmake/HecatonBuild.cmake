@@ -26,6 +26,10 @@ if(HECATON_SANITIZE)
   add_link_options(-fsanitize=${HECATON_SANITIZE})
 endif()
 
+if(HECATON_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
 add_library(hecaton_warnings INTERFACE)
 # -Wrestrict: g++ 12 invents overlaps in "text" + std::string (its bug 105651).
 target_compile_options(hecaton_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor

@@ -61,6 +61,11 @@ inline const Duration kInfinite = dds::c_TimeInfinite;
 namespace rtps {
 using namespace eprosima::fastrtps::rtps;
 using namespace eprosima::fastdds::rtps;
+// fastrtps has aliases of these, which clang takes for other types.
+using eprosima::fastdds::rtps::Locators;
+using eprosima::fastdds::rtps::LocatorsIterator;
+using eprosima::fastdds::rtps::TransportDescriptorInterface;
+using eprosima::fastdds::rtps::TransportInterface;
 }  // namespace rtps
 using Duration = eprosima::fastrtps::Duration_t;
 inline const Duration kInfinite = eprosima::fastrtps::c_TimeInfinite;

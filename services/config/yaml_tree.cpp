@@ -155,7 +155,8 @@ YamlNode read_yaml_text(const std::string& text, const std::string& path) {
     }
     return root;
   } catch (const YAML::Exception& error) {
-    throw ConfigError(path + ": line " + std::to_string(error.mark.line + 1) + ": malformed YAML: " + error.msg);
+    throw ConfigError(path + ": line " + std::to_string(error.mark.line + 1) +
+                      ": malformed YAML: " + printable(error.msg));
   }
 }
 

@@ -161,12 +161,15 @@ Converted<world::Motion> circle_from_message(const msg::Motion& message, const s
   return {world::Motion{world::CircleMotion{*centre, *axis, message.angular_speed(), message.turn_with_motion()}}, {}};
 }
 
+/// Far below the shortest period that a cell file or an edit may have. With a period near 0 a phase is infinite [s].
+constexpr double kLeastPeriod = 1e-3;
+
 Converted<world::Motion> sine_from_message(const msg::Motion& message, const std::string& what) {
   const auto direction = direction_from_message(message.direction_W(), what + ".direction_W");
   if (!direction) return {{}, direction.error};
   if (!std::isfinite(message.amplitude())) return {{}, not_finite(what + ".amplitude", message.amplitude())};
   if (!std::isfinite(message.phase())) return {{}, not_finite(what + ".phase", message.phase())};
-  if (auto error = check_above(what + ".period", message.period(), 0)) return {{}, *error};
+  if (auto error = check_above(what + ".period", message.period(), kLeastPeriod, true)) return {{}, *error};
   return {world::Motion{world::SineMotion{*direction, message.amplitude(), message.period(), message.phase()}}, {}};
 }
 

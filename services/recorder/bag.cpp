@@ -38,12 +38,13 @@ void take_report(ByteSpan text, BagInfo& info) {
   const auto topics = json.find("topics");
   if (topics == json.end() || !topics->is_object()) return;
   info.has_losses = true;
-  for (const auto& [name, figures] : topics->items()) {
-    const auto count = [&](const char* key) {
+  for (const auto& topic : topics->items()) {
+    const auto count = [&figures = topic.value()](const char* key) {
       const auto found = figures.find(key);
       return found != figures.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0U;
     };
-    info.losses[name] = {count("received"), count("missing"), count("lost"), count("overflowed"), count("refused")};
+    info.losses[topic.key()] = {count("received"), count("missing"), count("lost"), count("overflowed"),
+                                count("refused")};
   }
 }
 

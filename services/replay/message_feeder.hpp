@@ -1,6 +1,7 @@
 #pragma once
 /// Applies the messages of a recording to the state of its cell.
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -14,9 +15,11 @@
 
 namespace hecaton::services::replay {
 
-/// The time of a message on the clock of CellState: when its recorder received it, since 1970.
+/// The time of a message on the clock of CellState: when its recorder received it, since 1970. Later times than the
+/// year 2116 count as this year, so that sums and differences of times do not overflow.
 [[nodiscard]] inline bus::Clock::time_point time_of(const recorder::McapMessage& message) {
-  return bus::Clock::time_point(std::chrono::nanoseconds(message.log_time));
+  constexpr std::uint64_t kLast = std::uint64_t{1} << 62U;  // [ns]
+  return bus::Clock::time_point(std::chrono::nanoseconds(std::min(message.log_time, kLast)));
 }
 
 /// A message that also stands in the file before, or is older.

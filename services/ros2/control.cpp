@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/ros2/cell_description.hpp"
 #include "services/runtime/log.hpp"
 
@@ -137,7 +138,8 @@ void Control::take_goals(ArmControl& control) {
     const std::string& frame = message.header.frame_id;
     const auto pose = pose_of(message);
     if (frame != kWorldFrame) {
-      ignore(control.arm, "goal_pose", "frame_id = '" + frame + "' must be " + kWorldFrame);
+      ignore(control.arm, "goal_pose",
+             "frame_id = '" + bus::printable(frame, bus::kLongestName) + "' must be " + kWorldFrame);
     } else if (!pose) {
       ignore(control.arm, "goal_pose", "its numbers must be finite and its orientation a unit quaternion");
     } else {

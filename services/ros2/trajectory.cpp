@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/ros2/cell_description.hpp"
 #include "services/ros2/publisher.hpp"
 
@@ -23,6 +24,8 @@ constexpr double kRest = 1e-3;
 /// Mean velocities between points may exceed a limit by this factor, for rounded times.
 constexpr double kVelocityRounding = 1.02;
 constexpr std::size_t kMostPoints = 10'000;
+/// The arm gets a joint goal for each kLongestStep of a trajectory, which takes memory [s].
+constexpr double kLongestDuration = 3600.0;
 /// A joint goal counts as passed within this distance, so that the arm does not stop at it [rad | m].
 constexpr double kPassed = 0.03;
 
@@ -94,8 +97,9 @@ JointVector tolerances(const std::vector<JointTolerance>& given, const char* nam
       return entry.name == joint || entry.name == prefixed(arm.name, joint);
     });
     if (found == names.end()) {
-      refuse(TrajectoryCode::kInvalidJoints,
-             std::string(name) + " names joint '" + entry.name + "', which arm " + arm.name + " does not have");
+      refuse(TrajectoryCode::kInvalidJoints, std::string(name) + " names joint '" +
+                                                 bus::printable(entry.name, bus::kLongestName) + "', which arm " +
+                                                 arm.name + " does not have");
     }
     if (entry.position > 0.0) tolerance[found - names.begin()] = entry.position;
   }
@@ -144,6 +148,11 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
       refuse(TrajectoryCode::kInvalidGoal, "trajectory.points[" + std::to_string(i) + "].time_from_start = " +
                                                rounded(time) + " s must be above that of the point before");
     }
+    if (time > kLongestDuration) {
+      refuse(TrajectoryCode::kInvalidGoal, "trajectory.points[" + std::to_string(i) +
+                                               "].time_from_start = " + rounded(time) + " s must be at most " +
+                                               rounded(kLongestDuration) + " s; send a longer trajectory in parts");
+    }
     check_velocity(order.points.back(), next, arm);
     order.points.push_back(next);
   }
@@ -179,7 +188,8 @@ std::vector<TimedPoint> steps_of(const TrajectoryOrder& order) {
 }  // namespace
 
 JointVector TrajectoryOrder::at(double time) const {
-  const auto after = std::find_if(points.begin(), points.end(), [&](const TimedPoint& p) { return p.time >= time; });
+  const auto after = std::lower_bound(points.begin(), points.end(), time,
+                                      [](const TimedPoint& point, double value) { return point.time < value; });
   if (after == points.begin()) return points.front().q;
   if (after == points.end()) return points.back().q;
   const auto before = std::prev(after);

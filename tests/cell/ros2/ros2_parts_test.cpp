@@ -256,6 +256,11 @@ TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
   EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
   EXPECT_EQ(code_of(ramp(home, 0.4, 0.2)), TrajectoryCode::kInvalidGoal) << "faster than the arm";
   goal = good;
+  goal.trajectory.points.back().time_from_start.sec = 3601;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal) << "longer than an hour";
+  goal.trajectory.points.back().time_from_start.sec = 3600;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kSuccessful);
+  goal = good;
   goal.path_tolerance.push_back({"no_joint", 0.1, 0.0, 0.0});
   EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
   EXPECT_EQ(code_of(good, 5.0), TrajectoryCode::kOldStamp);

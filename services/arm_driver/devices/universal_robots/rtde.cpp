@@ -1,6 +1,9 @@
 #include "services/arm_driver/devices/universal_robots/rtde.hpp"
 
+#include <algorithm>
 #include <bit>
+
+#include "planner/model/source_file.hpp"
 
 namespace hecaton::device::universal_robots {
 namespace {
@@ -107,6 +110,24 @@ std::optional<TextMessage> text_message(std::string_view payload, int version) {
   const auto level = reader.u8();
   if (!message || !source || !level) return std::nullopt;
   return TextMessage{std::move(*message), std::move(*source), *level};
+}
+
+std::string readable(std::string_view text) {
+  constexpr std::size_t kMost = 200;
+  std::string result;
+  while (!text.empty()) {
+    const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+    const std::size_t length = planner::utf8_length(text, 0);
+    // Controls; line and paragraph separators; marks that turn the direction of writing.
+    const bool control = length < 2 ? byte(0) < 0x20 || byte(0) == 0x7F : byte(0) == 0xC2 && byte(1) < 0xA0;
+    const bool separator = length == 3 && byte(0) == 0xE2 && byte(1) == 0x80 && byte(2) >= 0xA8 && byte(2) <= 0xAE;
+    const bool isolate = length == 3 && byte(0) == 0xE2 && byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9;
+    const std::size_t taken = std::max<std::size_t>(length, 1);
+    if (result.size() + taken > kMost) break;
+    result += length == 0 || control || separator || isolate ? "?" : text.substr(0, taken);
+    text.remove_prefix(taken);
+  }
+  return result;
 }
 
 std::vector<std::string> split(std::string_view words) {

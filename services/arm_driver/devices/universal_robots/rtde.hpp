@@ -70,6 +70,9 @@ struct TextMessage {
 /// `version`: of the protocol, 1 or 2. Empty: malformed.
 [[nodiscard]] std::optional<TextMessage> text_message(std::string_view payload, int version);
 
+/// `text` of a controller for a sentence: at most 200 bytes, with "?" for each byte that is no printable UTF-8.
+[[nodiscard]] std::string readable(std::string_view text);
+
 /// Words between commas.
 [[nodiscard]] std::vector<std::string> split(std::string_view words);
 

@@ -13,6 +13,8 @@ constexpr std::chrono::seconds kHandshake{3};
 /// A robot that sends no data for this long is not connected any more.
 constexpr std::chrono::milliseconds kSilence{500};
 constexpr double kDrift = 200e-6;  // of the clocks [s/s]
+/// No robot's clock shows more. Ages of data fit into nanoseconds of 64 bits [s].
+constexpr double kLongestUptime = 1e9;
 
 struct Field {
   std::string_view name;
@@ -117,7 +119,7 @@ void RtdeClient::update(Clock::time_point now) {
 void RtdeClient::take(const Package& package, Clock::time_point now) {
   if (package.type == PackageType::kText) {
     const auto text = text_message(package.payload, version_);
-    if (text && log_) log_("robot says", text->source + ": " + text->message);
+    if (text && log_) log_("robot says", readable(text->source + ": " + text->message));
     return;
   }
   if (package.type == PackageType::kData) {
@@ -200,7 +202,8 @@ void RtdeClient::take_outputs(std::string_view payload) {
     if (types[i] == field.type) {
       found.push_back(outputs_.fields[i]);
     } else if (types[i] != kNotFound) {
-      return fail("gives the RTDE output " + name + " as " + types[i] + ", not as " + std::string(field.type));
+      return fail("gives the RTDE output " + name + " as " + readable(types[i]) + ", not as " +
+                  std::string(field.type));
     } else if (field.required) {
       return fail("does not have the RTDE output " + name + ": update its software");
     }
@@ -251,6 +254,7 @@ void RtdeClient::take_data(std::string_view payload, Clock::time_point now) {
                                     [&](std::size_t field) { return kFields[field].read(reader, data); });
   if (!complete || !reader.rest().empty()) return fail("sends RTDE data of another length than agreed");
   if (!is_finite(data)) return fail("sends RTDE data that are not finite");
+  if (std::abs(data.timestamp) > kLongestUptime) return fail("sends RTDE data whose timestamp is beyond 1e9 s");
   measured_at_ = now - std::chrono::duration_cast<Clock::duration>(
                            std::chrono::duration<double>(offset_.age(now, data.timestamp)));
   data_ = data;

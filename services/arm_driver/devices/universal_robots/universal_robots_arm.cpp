@@ -317,7 +317,7 @@ class UniversalRobotsArm final : public ArmDevice {
       } else if (order_.runs && answer->command == order_.command) {
         const bool taken = answer->text.starts_with(order_.expected);
         order_.releases_brakes = order_.releases_brakes && taken;
-        end_order(taken ? DeviceResult{} : DeviceFailure{"the robot answers: " + answer->text});
+        end_order(taken ? DeviceResult{} : DeviceFailure{"the robot answers: " + readable(answer->text)});
       }
     }
     if (order_.runs && !dashboard_.is_open()) {

@@ -1,0 +1,24 @@
+// A stream of RTPS datagrams, each behind its length in two bytes.
+
+#include "services/bus/datagram_check.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hecaton;
+  fuzz::Input input(data, size);
+  bus::DatagramCheck check;
+  bus::Clock::time_point now{};
+  while (!input.empty()) {
+    const std::size_t length = input.byte() | static_cast<std::size_t>(input.byte()) << 8U;
+    const fuzz::View datagram = input.take(length);
+    static_cast<void>(bus::DatagramCheck::announces_departure(datagram));
+    static_cast<void>(check.refuse(datagram, now));
+    now += std::chrono::milliseconds(length % 4096);
+    if (length % 61 == 0 && datagram.size() >= 20) {
+      bus::DatagramCheck::Prefix sender{};
+      std::copy_n(datagram.begin() + 8, sender.size(), sender.begin());
+      check.forget(sender);
+    }
+  }
+  return 0;
+}

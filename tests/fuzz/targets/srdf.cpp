@@ -1,0 +1,42 @@
+// An SRDF beside the URDF of a PUMA 560.
+
+#include "planner/model/srdf.hpp"
+
+#include "planner/model/urdf_loader.hpp"
+#include "services/config/moveit_files.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+namespace {
+
+template <class Read>
+void read(const Read& function) {
+  try {
+    function();
+  } catch (const hecaton::planner::ModelError& error) {
+    hecaton::fuzz::require_sentence(error.what());
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hecaton;
+  static const auto kPuma = planner::load_urdf(fuzz::source("deploy/cells/urdf/puma560.urdf"));
+  const std::string path = fuzz::folder().write("robot.srdf", fuzz::text_of({data, size}));
+  read([&] {
+    planner::SourceFiles sources;
+    planner::RobotModel model = *kPuma;
+    planner::apply_srdf(path, {"left_out"}, model, sources);
+    for (const auto& [name, q] : model.named) {
+      const bool inside = q.size() == model.joints() && (q.array() >= model.limits.lower.array() - 1e-3).all() &&
+                          (q.array() <= model.limits.upper.array() + 1e-3).all();
+      fuzz::require(inside, "a named configuration sets every joint within its limits");
+    }
+  });
+  read([&] {
+    planner::SourceFiles sources;
+    static_cast<void>(planner::srdf_tool_link(path, "base_link", sources));
+  });
+  read([&] { static_cast<void>(config::groups_of_srdf(path)); });
+  return 0;
+}
