@@ -1,6 +1,7 @@
 // `hecaton init` and `hecaton robots`.
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -143,6 +144,24 @@ TEST_F(InitTest, ChoosesAPoseReadyThatMovesMoreThanTheWrist) {
   ASSERT_EQ(home.size(), 6U) << text;
   ASSERT_EQ(ready.size(), 6U) << text;
   EXPECT_FALSE(std::equal(home.begin(), home.begin() + 3, ready.begin())) << text;
+}
+
+TEST_F(InitTest, CheckOfAXacroFileWithArgumentsTellsHowToExpandIt) {
+  fs::create_directory(path("bin"));
+  std::ofstream(path("bin/xacro")) << "#!/bin/sh\ncat '" << puma() << "'\n";
+  fs::permissions(path("bin/xacro"), fs::perms::owner_all);
+  std::ofstream(path("arm.xacro")) << "<robot name=\"arm\"><link name=\"base\"/><xacro:arm/></robot>\n";
+  const std::string before = std::getenv("PATH");
+  setenv("PATH", (path("bin") + ":" + before).c_str(), 1);
+  const Ran plain = run_line({"check", path("arm.xacro")});
+  const Ran ran = run_line({"check", path("arm.xacro"), "--xacro", "side=left"});
+  setenv("PATH", before.c_str(), 1);
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  EXPECT_TRUE(plain.out.ends_with("next: hecaton init -o cell.yaml left=" + path("arm.xacro") + "@\"0 0 0\"\n"))
+      << plain.out;
+  EXPECT_TRUE(ran.out.ends_with("next: xacro " + path("arm.xacro") +
+                                " side:=left > arm.urdf\nthen: hecaton init -o cell.yaml left=arm.urdf@\"0 0 0\"\n"))
+      << ran.out;
 }
 
 TEST_F(InitTest, WritesWhatTheUrdfLacks) {
