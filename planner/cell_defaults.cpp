@@ -25,6 +25,8 @@ constexpr double kRestMargin = 0.03;
 constexpr int kReachSamples = 20000;  ///< of one arm
 constexpr int kLeastReachSamples = 2000;
 constexpr int kAllReachSamples = 80000;  ///< of all arms, if that leaves enough for each
+/// At most this many times as many samples of an arm of larger reach than the shortest.
+constexpr double kMostTimesSamples = 25.0;
 /// Edge of the voxels that compare the reach of arms, as a share of the shortest reach.
 constexpr double kVoxel = 0.125;
 constexpr std::size_t kLeastVoxels = 4;
@@ -161,6 +163,22 @@ std::vector<Eigen::Vector3d> sample_tool(const Arm& arm, const Pose& X_WB, int s
     points.push_back(kinematics.X_WT.translation());
   }
   return points;
+}
+
+/// Samples of each arm: as many in each voxel of a long arm's reach as of the shortest arm's, else the long arm's are
+/// too few to fill the voxels that it reaches.
+std::vector<int> samples_of_arms(const Cell& cell) {
+  const int arms = std::max(1, static_cast<int>(cell.arms.size()));
+  const int samples = std::clamp(kAllReachSamples / arms, kLeastReachSamples, kReachSamples);
+  std::vector<double> reach;
+  for (const PlannedArm& planned : cell.arms) reach.push_back(std::max(1e-3, arm_reach(planned.arm).tool));
+  const double shortest = reach.empty() ? 1.0 : *std::min_element(reach.begin(), reach.end());
+  std::vector<int> counts;
+  for (const double length : reach) {
+    const double times = std::clamp(std::floor(std::pow(length / shortest, 3)), 1.0, kMostTimesSamples);
+    counts.push_back(samples * static_cast<int>(times));
+  }
+  return counts;
 }
 
 using ToolPoints = std::vector<std::vector<Eigen::Vector3d>>;  ///< of each arm
@@ -329,10 +347,11 @@ std::optional<TaskArea> area_within(const Cell& cell, const ToolPoints& points, 
 
 std::optional<TaskArea> default_task_area(const Cell& cell) {
   constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
-  const int arms = std::max(1, static_cast<int>(cell.arms.size()));
-  const int samples = std::clamp(kAllReachSamples / arms, kLeastReachSamples, kReachSamples);
+  const std::vector<int> samples = samples_of_arms(cell);
   ToolPoints points;
-  for (const PlannedArm& planned : cell.arms) points.push_back(sample_tool(planned.arm, planned.arm.X_WB, samples));
+  for (std::size_t i = 0; i < cell.arms.size(); ++i) {
+    points.push_back(sample_tool(cell.arms[i].arm, cell.arms[i].arm.X_WB, samples[i]));
+  }
   std::optional<TaskArea> area = area_within(cell, points, kAnyHeight);
   const auto stands = [&](const PlannedArm& planned) {
     return planned.arm.X_WB.translation().z() >= cell.scene.floor_z;
@@ -342,7 +361,8 @@ std::optional<TaskArea> default_task_area(const Cell& cell) {
     if (const auto above = area_within(cell, points, floor)) area = above;
   }
   if (area) return area;
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = sample_tool(cell.arms[i].arm, Pose::Identity(), samples);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = sample_tool(cell.arms[i].arm, Pose::Identity(), samples[i]);
   area = area_within(cell, points, kAnyHeight);
   if (area) area->of_each_arm = true;
   return area;

@@ -111,11 +111,12 @@ class UrdfChecker {
       return;
     }
     const std::string how = name_of_arguments.empty() ? "" : "; " + name_of_arguments + " gives it arguments";
+    const std::string by_hand = "; if it needs arguments, expand it first (xacro in.xacro NAME:=VALUE > out.urdf)";
     std::optional<std::string> text;
     try {
       text = expand_xacro(path_, sources.place(path_).string(), arguments);
     } catch (const ModelError& error) {
-      throw ModelError(error.what() + how);
+      throw ModelError(error.what() + (how.empty() ? by_hand : how));
     }
     if (!text) {
       fail(*found +

@@ -1,6 +1,7 @@
 #include "planner/simulation/tasks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -37,6 +38,29 @@ constexpr std::span<const int> kNoArms;
 constexpr int kPostures = 500;
 /// The tool lies in the task area within this distance [m].
 constexpr double kAreaTolerance = 1e-3;
+
+/// Positions of the first joint at which links that only it moves are compared with static obstacles.
+constexpr int kFirstJointSamples = 32;
+constexpr int kMostNearPairs = 64;  ///< pairs of bodies that are compared in one posture
+
+/// The only joint that moves `link`; −1: none, or more than one.
+int only_joint(const RobotModel& model, int link) {
+  int only = -1;
+  for (; link >= 0; link = model.links[link].parent) {
+    const int joint = model.links[link].joint;
+    if (joint < 0 || joint == only) continue;
+    if (only >= 0) return -1;
+    only = joint;
+  }
+  return only;
+}
+
+bool moves_a_link_alone(const RobotModel& model, int joint) {
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    if (only_joint(model, link) == joint) return true;
+  }
+  return false;
+}
 
 /// Number of samples of the obstacle's script that satisfies kSweepStep.
 int sweep_samples(const world::Obstacle& obstacle) {
@@ -97,6 +121,50 @@ struct TaskGenerator::Impl {
       for (int other = 0; other < geometry.self(); ++other) can_meet = can_meet || geometry.gap_to_arm(other) < 0.0;
     }
     sweep_obstacles();
+    for (int i = 0; i < static_cast<int>(arms.size()); ++i) always_near.push_back(pairs_always_near(i));
+  }
+
+  using Widest = std::map<std::array<int, 3>, double>;  ///< [m], by own body, obstacle and its body
+
+  /// The largest distances of the bodies that one joint moves from static obstacles that they are near in every
+  /// posture, such as the turning base of an arm from a floor. No goal has such a pair farther apart.
+  Widest pairs_always_near(int i) {
+    const Arm& arm = cell.arms[i].arm;
+    Widest widest;
+    std::array<Clearance, kMostNearPairs> near_pairs;
+    for (int joint = 0; joint < arm.model->joints(); ++joint) {
+      if (!moves_a_link_alone(*arm.model, joint)) continue;
+      const double lower = std::isfinite(arm.limits.lower[joint]) ? arm.limits.lower[joint] : -std::numbers::pi;
+      const double upper = std::isfinite(arm.limits.upper[joint]) ? arm.limits.upper[joint] : std::numbers::pi;
+      JointVector q = JointVector::Zero(arm.model->joints()).cwiseMax(arm.limits.lower).cwiseMin(arm.limits.upper);
+      std::map<std::array<int, 3>, int> times;
+      for (int k = 0; k < kFirstJointSamples; ++k) {
+        q[joint] = lower + (upper - lower) * k / (kFirstJointSamples - 1);
+        forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
+        const int count =
+            distances[i].clearances({&kinematics[i], kinematics, sweep.front()},
+                                    {.others = rest_distance(i), .self = 0.0, .near_arms = kNoArms}, near_pairs);
+        for (const Clearance& c : std::span(near_pairs).first(count)) {
+          if (c.counterpart != Counterpart::kObstacle || only_joint(*arm.model, c.own_link) != joint) continue;
+          if (!std::holds_alternative<world::StaticMotion>(cell.scene.obstacles[c.other].motion)) continue;
+          const std::array<int, 3> pair = {c.own_body, c.other, c.other_body};
+          ++times[pair];
+          double& distance = widest.try_emplace(pair, c.distance).first->second;
+          distance = std::max(distance, c.distance);
+        }
+      }
+      std::erase_if(times, [](const auto& pair) { return pair.second == kFirstJointSamples; });
+      for (const auto& [pair, _] : times) widest.erase(pair);
+    }
+    std::erase_if(widest, [](const auto& pair) { return pair.second <= 0.0; });
+    return widest;
+  }
+
+  /// The pair is as near as its bodies are in every posture.
+  [[nodiscard]] bool unavoidably_near(int i, const Clearance& c) const {
+    if (c.counterpart != Counterpart::kObstacle) return false;
+    const auto pair = always_near[i].find({c.own_body, c.other, c.other_body});
+    return pair != always_near[i].end() && c.distance >= kRestShare * pair->second;
   }
 
   /// Samples all scripts. All obstacles get as many samples as the one that needs most.
@@ -133,15 +201,19 @@ struct TaskGenerator::Impl {
     }
   }
 
-  /// True if a pair of arm i that `counts` selects is nearer than `distance` [m]. `arms`: the other arms considered;
-  /// empty optional: all.
+  /// True if a pair of arm i that `counts` selects is nearer than `distance` [m]; `found` begins with it. `arms`: the
+  /// other arms considered; empty optional: all.
   template <class Counts>
   bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
             const Counts& counts, std::optional<std::span<const int>> arms = {}) {
     const int count = distances[i].clearances(
         {&kinematics[i], kinematics, obstacles},
         {.others = distance, .self = self_distance, .near_arms = arms, .self_share = kRestShare}, found);
-    return std::any_of(found.begin(), found.begin() + count, counts);
+    const auto end = found.begin() + count;
+    const auto first = std::find_if(found.begin(), end, counts);
+    if (first == end) return false;
+    std::iter_swap(found.begin(), first);
+    return true;
   }
 
   /// True if arm i is clear of itself and of all places of obstacles.
@@ -151,7 +223,9 @@ struct TaskGenerator::Impl {
     const DamperParameters& damper = cell.arms[i].parameters.damper;
     const double distance = rest_distance(i);
     const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
-    const auto alone = [](const Clearance& c) { return c.counterpart != Counterpart::kArm; };
+    const auto alone = [&](const Clearance& c) {
+      return c.counterpart != Counterpart::kArm && !unavoidably_near(i, c);
+    };
     for (const auto& states : sweep) {
       if (!near(i, distance, self_distance, states, alone, kNoArms)) continue;
       remember_obstruction(i, distance, self_distance);
@@ -397,6 +471,7 @@ struct TaskGenerator::Impl {
   std::vector<bool> on_surface;                          ///< of each arm: its tool stays on a surface in the area
   std::vector<std::vector<world::ObstacleState>> sweep;  ///< of all obstacles, one entry per sample
   std::array<Clearance, 8> found;
+  std::vector<Widest> always_near;                                      ///< of each arm
   std::vector<DrawTally> tallies;                                       ///< of the last configuration
   std::vector<std::map<std::array<int, 3>, Obstruction>> obstructions;  ///< of each arm, in draws of that configuration
   bool can_meet = false;                                                ///< two arms reach a common point

@@ -348,15 +348,25 @@ struct Options {
   RobotOptions robot;
 };
 
+/// How to draft a cell with the robot. `hecaton init` has no arguments for xacro: a file that needs some is expanded.
+std::string first_steps(const Options& options) {
+  const auto init = [](const std::string& file) {
+    return "hecaton init -o cell.yaml left=" + shell_word(file) + "@\"0 0 0\"\n";
+  };
+  if (options.robot.xacro_arguments.empty()) return "next: " + init(options.file);
+  std::string expand = "next: xacro " + shell_word(options.file);
+  for (const auto& [name, value] : options.robot.xacro_arguments) expand += " " + shell_word(name + ":=" + value);
+  return expand + " > arm.urdf\nthen: " + init("arm.urdf");
+}
+
 ExitCode check_urdf(const Settings& settings, const Options& options) {
   planner::RobotModel model = *load_robot(options.file, options.robot);
   if (std::filesystem::exists(options.file)) {
     model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
                           number_text(planner::kAssumedRunUp) + " s");
   }
-  const std::string next = "next: hecaton init -o cell.yaml left=" + shell_word(options.file) + "@\"0 0 0\"\n";
   print(settings, model_json(model, model.limits),
-        model_text(model, model.limits, options.details, Palette::for_stream(stdout)) + next);
+        model_text(model, model.limits, options.details, Palette::for_stream(stdout)) + first_steps(options));
   return ExitCode::kDone;
 }
 

@@ -18,18 +18,36 @@ using planner::JointVector;
 constexpr std::array<double, 4> kWanted = {0.08, 0.05, 0.03, 0.015};
 /// Clearance to other arms and obstacles with which a robot's own pose is taken [m].
 constexpr double kOwnPoseClearance = 0.03;
-constexpr double kApart = 0.5;  ///< least distance of other poses from `home` in joint space [rad | m]
+/// Least way of a link or the tool from `home` to another pose, as a share of the width at `home`: one that is seen.
+constexpr double kApart = 0.4;
+constexpr double kApartInJoints = 0.5;  ///< the same in joint space, for arms without such a pose [rad | m]
 constexpr double kPlainAngle = 0.25 * std::numbers::pi;  ///< chosen poses have multiples of it where they can [rad]
 constexpr double kPlainLength = 0.05;                    ///< the same of sliding joints [m]
 constexpr double kWider = 1.05;                          ///< a plainer pose may be wider by this factor
 
-/// The greatest distance of a link or the tool from the base [m].
-double width(const planner::Arm& model, const JointVector& q) {
+planner::Kinematics at(const planner::Arm& model, const JointVector& q) {
   planner::Kinematics kinematics;
   planner::forward_kinematics(*model.model, model.X_WB, q, kinematics);
+  return kinematics;
+}
+
+/// The greatest distance of a link or the tool from the base [m].
+double width(const planner::Arm& model, const JointVector& q) {
+  const planner::Kinematics kinematics = at(model, q);
   double farthest = (kinematics.X_WT.translation() - model.X_WB.translation()).norm();
   for (int link = 0; link < kinematics.links; ++link) {
     farthest = std::max(farthest, (kinematics.X_WL[link].translation() - model.X_WB.translation()).norm());
+  }
+  return farthest;
+}
+
+/// The greatest distance of the origin of a link or of the tool between two poses [m].
+double way(const planner::Arm& model, const JointVector& from, const JointVector& to) {
+  const planner::Kinematics start = at(model, from);
+  const planner::Kinematics end = at(model, to);
+  double farthest = (end.X_WT.translation() - start.X_WT.translation()).norm();
+  for (int link = 0; link < end.links; ++link) {
+    farthest = std::max(farthest, (end.X_WL[link].translation() - start.X_WL[link].translation()).norm());
   }
   return farthest;
 }
@@ -98,9 +116,17 @@ std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int a
     if (clear(arm, own->second, placed, 0.0, kOwnPoseClearance)) return own->second;
   }
   const auto home = model.named.find("home");
-  const auto usable = [&](const JointVector& q) {
-    return name == "home" || home == model.named.end() || (q - home->second).norm() >= kApart;
+  const bool any = name == "home" || home == model.named.end();
+  const auto seen = [&](const JointVector& q) {
+    return any || way(model, home->second, q) >= kApart * width(model, home->second);
   };
+  const auto apart = [&](const JointVector& q) { return any || (q - home->second).norm() >= kApartInJoints; };
+  if (auto pose = find_compact(model, arm, placed, seen)) return pose;
+  return find_compact(model, arm, placed, apart);
+}
+
+std::optional<JointVector> PoseFinder::find_compact(const planner::Arm& model, int arm, const Placed& placed,
+                                                    const std::function<bool(const JointVector&)>& usable) const {
   for (const double clearance : kWanted) {
     const auto fits = [&](const JointVector& q) {
       return usable(q) && clear(arm, q, placed, 0.25 * clearance, clearance);

@@ -1,6 +1,7 @@
 #pragma once
 /// Poses for the draft of a cell: compact, clear, and with round numbers where they can have them.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +19,8 @@ class PoseFinder {
   PoseFinder(const std::vector<planner::Arm>& arms, std::vector<world::Obstacle> obstacles);
 
   /// For each arm its own pose `name` if that is clear, else one that is; empty when an arm has none. `arms`: those of
-  /// the constructor, with the poses that they have by now. Other poses than `home` are not near `home`.
+  /// the constructor, with the poses that they have by now. A chosen pose
+  /// other than `home` is away from `home`: a link or the tool moves visibly where the arm has such a pose.
   [[nodiscard]] std::optional<std::vector<planner::JointVector>> find(const std::vector<planner::Arm>& arms,
                                                                       const std::string& name) const;
 
@@ -30,6 +32,10 @@ class PoseFinder {
                            double of_others) const;
   [[nodiscard]] std::optional<planner::JointVector> find_one(const planner::Arm& model, int arm,
                                                              const std::string& name, const Placed& placed) const;
+  /// The most compact posture that is usable and clear, with round numbers where it can have them.
+  [[nodiscard]] std::optional<planner::JointVector> find_compact(
+      const planner::Arm& model, int arm, const Placed& placed,
+      const std::function<bool(const planner::JointVector&)>& usable) const;
 
   std::vector<world::Obstacle> obstacles_;
   std::vector<planner::CellGeometry> geometries_;

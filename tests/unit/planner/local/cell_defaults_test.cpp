@@ -90,6 +90,21 @@ TEST(CellDefaults, TaskAreaIsWhereAllArmsReach) {
   EXPECT_GT(area->radius, 0.5);
 }
 
+TEST(CellDefaults, ASmallArmInTheReachOfALargeOneGetsItsWholeReach) {
+  Arm small = test::planar_point("small");
+  auto model = std::make_shared<RobotModel>(*small.model);
+  model->limits.lower = test::joints({-0.1, -0.1});
+  model->limits.upper = test::joints({0.1, 0.1});
+  small.model = model;
+  small.limits = model->limits;
+  small.X_WB.translation() = Eigen::Vector3d(1.2, -0.7, 0.0);
+  const auto alone = default_task_area(cell_of({small}));
+  const auto both = default_task_area(cell_of({test::planar_point("large"), small}));
+  ASSERT_TRUE(alone && both);
+  EXPECT_FALSE(both->of_each_arm);
+  EXPECT_GT(both->radius, 0.9 * alone->radius);
+}
+
 TEST(CellDefaults, ArmsOutOfReachOfEachOtherGetAnAreaEach) {
   Arm far = test::planar_point("far");
   far.X_WB.translation().x() = 20.0;

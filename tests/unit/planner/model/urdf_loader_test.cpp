@@ -289,6 +289,11 @@ TEST_F(Xacro, FailsWithTheErrorLineOfTheProgramElseItsLastLine) {
   EXPECT_NE(message.find("r.urdf: xacro cannot expand this file: 'undefined argument side'; --xacro NAME=VALUE gives"),
             std::string::npos)
       << message;
+  options.names.xacro_arguments.clear();
+  const std::string without_option = test::error_of(source_, options);
+  EXPECT_TRUE(
+      without_option.ends_with("if it needs arguments, expand it first (xacro in.xacro NAME:=VALUE > out.urdf)"))
+      << without_option;
 }
 
 // xacro prints where it was after its error.

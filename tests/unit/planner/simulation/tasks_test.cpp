@@ -144,6 +144,23 @@ TEST(TaskGenerator, LinksThatNoPosturePartsDoNotPreventTasks) {
   EXPECT_EQ(why_no_task(cell, 1), std::nullopt);
 }
 
+// The ball on the slide is 20 mm below the ceiling, less than the distance that starts and goals keep from obstacles.
+TEST(TaskGenerator, ObstaclesThatNoPostureLeavesDoNotPreventTasks) {
+  Cell cell = point_under_ball();
+  auto model = std::make_shared<RobotModel>(*cell.arms[0].arm.model);
+  model->self_pairs.clear();
+  cell.arms[0].arm.model = model;
+  cell.scene.obstacles = {test::box_obstacle("ceiling", {0, 0, 0.286}, {1, 1, 0.1})};
+  const auto reason = why_no_task(cell, 1);
+  ASSERT_TRUE(reason) << "the slide can leave a ceiling of 2 m";
+  EXPECT_NE(reason->find("point/slide and ceiling are too near (they are 20 mm apart at most"), std::string::npos)
+      << *reason;
+  cell.scene.obstacles = {test::box_obstacle("ceiling", {0, 0, 0.286}, {5, 5, 0.1})};
+  EXPECT_EQ(why_no_task(cell, 1), std::nullopt);
+  cell.scene.obstacles = {test::box_obstacle("ceiling", {0, 0, 0.256}, {5, 5, 0.1})};
+  EXPECT_TRUE(why_no_task(cell, 1)) << "they overlap";
+}
+
 // The point slides in the plane z = 0.01 m, which holds nearly no point of the area.
 TEST(TaskGenerator, DrawsPosturesOfAnArmWhoseToolStaysOnASurface) {
   Cell cell = sequence_under_ball(0.01);

@@ -1,8 +1,12 @@
 // `hecaton init` and `hecaton robots`.
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -116,6 +120,48 @@ TEST_F(InitTest, DrawsRandomGoalsForUrdfsWithoutPoses) {
   const Json report = Json::parse(run_line({"simulate", cell, "--tasks", "6", "-o", "json"}).out);
   EXPECT_EQ(report["not_drawn"], 0);
   EXPECT_EQ(report["contacts"], 0);
+}
+
+/// The numbers of the first `name: [...]` of `text`.
+std::vector<double> numbers_of(const std::string& text, const std::string& name) {
+  const std::size_t at = text.find(name + ": [");
+  if (at == std::string::npos) return {};
+  std::istringstream list(text.substr(at + name.size() + 3));
+  std::vector<double> numbers;
+  char separator = ',';
+  for (double number = 0.0; separator == ',' && list >> number; list >> separator) numbers.push_back(number);
+  return numbers;
+}
+
+TEST_F(InitTest, ChoosesAPoseReadyThatMovesMoreThanTheWrist) {
+  const std::string cell = path("pair.yaml");
+  const Ran ran =
+      run_line({"init", "-o", cell, "left=" + puma() + "@-0.6 0 0.8", "right=" + puma() + "@0.6 0 0.8 0 0 3.14"});
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  const std::string text = content("pair.yaml");
+  const std::vector<double> home = numbers_of(text, "home");
+  const std::vector<double> ready = numbers_of(text, "ready");
+  ASSERT_EQ(home.size(), 6U) << text;
+  ASSERT_EQ(ready.size(), 6U) << text;
+  EXPECT_FALSE(std::equal(home.begin(), home.begin() + 3, ready.begin())) << text;
+}
+
+TEST_F(InitTest, CheckOfAXacroFileWithArgumentsTellsHowToExpandIt) {
+  fs::create_directory(path("bin"));
+  std::ofstream(path("bin/xacro")) << "#!/bin/sh\ncat '" << puma() << "'\n";
+  fs::permissions(path("bin/xacro"), fs::perms::owner_all);
+  std::ofstream(path("arm.xacro")) << "<robot name=\"arm\"><link name=\"base\"/><xacro:arm/></robot>\n";
+  const std::string before = std::getenv("PATH");
+  setenv("PATH", (path("bin") + ":" + before).c_str(), 1);
+  const Ran plain = run_line({"check", path("arm.xacro")});
+  const Ran ran = run_line({"check", path("arm.xacro"), "--xacro", "side=left"});
+  setenv("PATH", before.c_str(), 1);
+  ASSERT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  EXPECT_TRUE(plain.out.ends_with("next: hecaton init -o cell.yaml left=" + path("arm.xacro") + "@\"0 0 0\"\n"))
+      << plain.out;
+  EXPECT_TRUE(ran.out.ends_with("next: xacro " + path("arm.xacro") +
+                                " side:=left > arm.urdf\nthen: hecaton init -o cell.yaml left=arm.urdf@\"0 0 0\"\n"))
+      << ran.out;
 }
 
 TEST_F(InitTest, WritesWhatTheUrdfLacks) {
