@@ -19,11 +19,10 @@ bool within(const JointLimits& limits, int joint, double position) {
 /// The number of blocked configurations on the straight way, counted up to `most`.
 int blocked_on_way(const JointVector& from, const JointVector& to, int most,
                    const std::function<bool(const JointVector&)>& is_free) {
-  const JointVector all = to - from;
-  const int steps = static_cast<int>(std::ceil(all.cwiseAbs().maxCoeff() / kWayStep));
+  const int steps = static_cast<int>(std::ceil((to - from).cwiseAbs().maxCoeff() / kWayStep));
   int blocked = 0;
   for (int i = 1; i < steps && blocked < most; ++i) {
-    if (!is_free(from + static_cast<double>(i) / steps * all)) ++blocked;
+    if (!is_free(from + static_cast<double>(i) / steps * (to - from))) ++blocked;
   }
   return blocked;
 }
