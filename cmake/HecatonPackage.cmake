@@ -8,6 +8,7 @@ install(DIRECTORY examples/client DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhe
 install(DIRECTORY deploy/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/ros2 DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
+install(DIRECTORY idl DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton FILES_MATCHING PATTERN "*.idl")
 install(DIRECTORY deploy/container DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton USE_SOURCE_PERMISSIONS)
 install(FILES "deploy/systemd/hecaton-agent@.service" DESTINATION lib/systemd/system)
 # As they are here, for they refer to each other; `doc_links` looks that they refer to nothing else.

@@ -13,6 +13,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
 """
 import argparse
+import collections
 import difflib
 import json
 import pathlib
@@ -40,35 +41,70 @@ def plain(troff):
     return re.sub(r"\\f[BIR]", "", troff).replace("\\-", "-").replace("\\(aq", "'").replace("\\e", "\\")
 
 
-def commands(man):
-    """Sections of a man page as Markdown: a heading, a sentence, a table of arguments, remarks."""
-    lines, parts, table = man.splitlines(), [], False
+def sections_of(man):
+    """[(command line, sentence, [(argument, meaning)], remarks)] of a man page; remarks are Markdown."""
+    lines = man.splitlines()
     begin = next(i for i, line in enumerate(lines) if line.startswith(".SH COMMANDS"))
     end = next((i for i, line in enumerate(lines) if line.startswith(".SH") and i > begin), len(lines))
-    row = iter(lines[begin + 1:end])
+    sections, row = [], iter(lines[begin + 1:end])
     for line in row:
         if line.startswith(".SS "):
-            parts.append(f"\n### {plain(line[4:])}")
-            table = False
+            rows, text = [], []
+            sections.append((plain(line[4:]), rows, text))
         elif line == ".TP":
-            if not table:
-                parts.append("\n| argument | meaning |\n|---|---|")
-            table = True
-            parts.append(f"| `{plain(next(row))}` | {escaped(plain(next(row)))} |")
+            rows.append((plain(next(row)), plain(next(row)).replace("<", "\\<")))
         elif line == ".PP":
-            parts.append("")
-            table = False
+            text.append("")
         else:
             entry = line.startswith("  ")
-            if parts and parts[-1] and entry != parts[-1].startswith("- "):
-                parts.append("")  # a list begins or ends
-            parts.append(("- " if entry else "") + plain(line).strip())
-    return "\n".join(parts).strip() + "\n"
+            if text and text[-1] and entry != text[-1].startswith("- "):
+                text.append("")  # a list begins or ends
+            text.append(("- " if entry else "") + plain(line).strip())
+    found = []
+    for command, rows, text in sections:
+        sentence, _, remarks = "\n".join(text).strip().partition("\n")
+        found.append((command, sentence, rows, remarks.strip()))
+    return found
 
 
-def codes_in_cells(text):
-    """A `|` inside backquotes still ends a cell."""
-    return re.sub(r"^\| `(.*?)` \| ", lambda match: "| `" + match[1].replace("|", "\\|") + "` | ", text, flags=re.M)
+def entries(rows):
+    return "".join(f"- `{argument}`: {meaning}\n" for argument, meaning in rows)
+
+
+def commands(man, program):
+    """A section for each command. What several commands have in common stands once, in front."""
+    sections = sections_of(man)
+    uses = collections.Counter(row for _, _, rows, _ in sections for row in rows)
+    shared = []
+    for (argument, meaning), count in uses.items():
+        name = argument.split(" ")[0]
+        rivals = [other for (own, text), other in uses.items() if own.split(" ")[0] == name and text != meaning]
+        if count > 1 and (not rivals or not name.startswith("-") and count > max(rivals)):
+            shared.append((argument, meaning))
+    text = ""
+    if shared:
+        text = f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n{entries(shared)}\n"
+    told, previous = {}, None
+    for command, sentence, rows, remarks in sections:
+        if command.split()[-1] == "man" or "completion" in command:
+            continue  # the page says both for all programs
+        own = entries(row for row in rows if row not in shared)
+        names = ", ".join(f"`{re.split('[ ,]', argument)[0]}`" for argument, _ in (row for row in rows if row in shared)
+                          if argument.startswith("-"))
+        name = " ".join(word for word in command.split() if not word.isupper())
+        if previous == (rows, remarks) and not own:  # as the command before
+            text = text.rstrip() + f"\n\n`{command}`: {sentence}\n\n"
+            continue
+        previous = (rows, remarks)
+        text += f"### {command}\n{sentence}\n\n"
+        text += own + "\n" * bool(own)
+        text += f"Shared: {names}.\n\n" * bool(names)
+        if remarks in told and len(remarks.split()) > 15:
+            text += f"The remark of `{told[remarks]}` holds here, too.\n\n"
+        elif remarks:
+            told[remarks] = name
+            text += remarks + "\n\n"
+    return text.rstrip() + "\n"
 
 
 def exit_codes(program):
@@ -82,8 +118,8 @@ def cli_parts(binaries):
     return {
         "exit_codes": exit_codes(binaries / "hecaton"),
         "chaos_codes": exit_codes(binaries / "hecaton-chaos"),
-        "commands": codes_in_cells(commands(output(binaries / "hecaton", "man"))),
-        "strategies": codes_in_cells(commands(output(binaries / "hecaton-strategies", "man"))),
+        "commands": commands(output(binaries / "hecaton", "man"), "hecaton"),
+        "strategies": commands(output(binaries / "hecaton-strategies", "man"), "hecaton-strategies"),
     }
 
 
@@ -91,11 +127,11 @@ def cli_parts(binaries):
 
 
 def structs(root):
-    """IDL text of every struct by its name, and where it stands."""
+    """The comment above every struct of idl/ by its name, and its file."""
     found = {}
     for file in sorted((root / "idl").rglob("*.idl")):
-        for match in re.finditer(r"((?:^//[^\n]*\n)*)^@\w+\n^struct (\w+) \{\n.*?^\};", file.read_text(), re.M | re.S):
-            found[match[2]] = (match[0].strip(), file.relative_to(root))
+        for match in re.finditer(r"((?:^//[^\n]*\n)*)^@\w+\n^struct (\w+) \{\n", file.read_text(), re.M):
+            found[match[2]] = (" ".join(re.sub(r"^// ", "", match[1], flags=re.M).split()), file.relative_to(root))
     return found
 
 
@@ -120,33 +156,44 @@ def delivery(qos):
 
 
 def topics_parts(root):
-    rows = list(topic_rows((root / "services/bus/topics.hpp").read_text()))
-    known = structs(root)
-    table = "| topic | key | from | to | delivery |\n|---|---|---|---|---|\n"
-    for name, key, writers, readers, qos in rows:
-        table += (f"| [`hecaton/{name}`](#{name.lower()}) | {key_text(key)} | {', '.join(writers)} | {', '.join(readers)} "
-                  f"| {delivery(qos)} |\n")
-    messages = ""
-    for name, *_ in rows:
-        text, file = known[name]
-        messages += f"### {name}\nIn `{file}`.\n\n```idl\n{text}\n```\n\n"
-    return {"topics": table, "messages": messages.rstrip() + "\n"}
+    """A table for each file of idl/."""
+    known, files = structs(root), {}
+    for name, key, writers, readers, qos in topic_rows((root / "services/bus/topics.hpp").read_text()):
+        content, file = known[name]
+        content = re.sub(r" \(docs/(\S+?\.md)\)", r" ([why](../\1))", content)
+        files.setdefault(file, []).append(f"| `hecaton/{name}` | {content} | {key_text(key)} | {', '.join(writers)} "
+                                          f"| {', '.join(readers)} | {delivery(qos)} |\n")
+    head = "| topic | content | key | from | to | delivery |\n|---|---|---|---|---|---|\n"
+    return {"topics": "\n".join(f"### `{file}`\n{head}{''.join(rows)}" for file, rows in files.items())}
 
 
 # --- robots.md
 
 
+SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \(0 mm outside, ([\d.]+) times the volume of its "
+                    r"convex hulls\), without cables")
+
+
 def robots_parts(binaries):
-    """A table of figures, then sources and what is approximate, robot by robot."""
+    """A table of figures, then every approximation once, with its robots."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
-    text = "| robot | product | joints | reach [m] | payload [kg] |\n|---|---|---|---|---|\n"
+    figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
+    approximate = {}
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
-        text += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
-    for robot in robots:
-        text += f"\n### {robot['name']}\n" + "".join(f"- Source: {sentence}\n" for sentence in robot["sources"])
-        text += "".join(f"- Approximate: {sentence}\n" for sentence in robot["approximate"])
-    return {"robots": text}
+        volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
+        figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
+                    f"| {volume[0] if volume else 'see below'} |\n")
+        for sentence in robot["approximate"]:
+            if not SHAPES.fullmatch(sentence):
+                sentence = re.sub(r"acceleration: full speed within (.*); the maker publishes none", r"acceleration: \1", sentence)
+                approximate.setdefault(sentence, []).append(robot["name"])
+
+    def listed(names):
+        return ", ".join(f"`{name}`" for name in names)
+
+    return {"robots": figures,
+            "approximate": "".join(f"- {listed(names)}: {sentence}\n" for sentence, names in approximate.items())}
 
 
 # --- faults.md
@@ -175,8 +222,13 @@ def causes_part(root):
 
 
 def fault_findings(root, page):
+    """A heading in front of the kinds of a chapter counts for all of them."""
     kinds = [kind for kind, _ in cause_sections(root)["Faults"]]
-    sections = dict(re.findall(r"^### `(\w+)`\n(.*?)(?=^##|\Z)", page, re.M | re.S))
+    sections = {}
+    for chapter in re.split(r"^## ", page, flags=re.M):
+        common = chapter.split("\n### ", 1)[0]
+        for kind, text in re.findall(r"^### `(\w+)`\n(.*?)(?=^###|\Z)", chapter, re.M | re.S):
+            sections[kind] = common + text
     for kind in kinds:
         if kind not in sections:
             yield f"faults.md has no section for `{kind}`"
@@ -228,6 +280,8 @@ PLACES = {
     "tasks.clutter": ("root", "tasks: {centre: [0, 0, 0], clutter: {KEYS}}"),
     "arms[]": ("arm", "KEYS"),
     "arms[].sensors[]": ("arm", "sensors: [{name: eye, link: flange, position: [0, 0, 0], direction: [0, 0, 1], KEYS}]"),
+    "obstacles[].shapes[]": ("obstacle", "{KEYS}"),
+    "obstacles[].motion": ("motion", "KEYS"),
     "obstacles[].shapes[] of type sphere": ("obstacle", "{type: sphere, KEYS}"),
     "obstacles[].shapes[] of type capsule": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
     "obstacles[].shapes[] of type cylinder": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),

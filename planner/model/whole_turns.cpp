@@ -19,7 +19,9 @@ bool within(const JointLimits& limits, int joint, double position) {
 /// The number of blocked configurations on the straight way, counted up to `most`.
 int blocked_on_way(const JointVector& from, const JointVector& to, int most,
                    const std::function<bool(const JointVector&)>& is_free) {
-  const int steps = static_cast<int>(std::ceil((to - from).cwiseAbs().maxCoeff() / kWayStep));
+  double longest = 0.0;
+  for (Eigen::Index j = 0; j < from.size(); ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
+  const int steps = static_cast<int>(std::ceil(longest / kWayStep));
   int blocked = 0;
   for (int i = 1; i < steps && blocked < most; ++i) {
     if (!is_free(from + static_cast<double>(i) / steps * (to - from))) ++blocked;

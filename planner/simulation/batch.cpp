@@ -42,7 +42,7 @@ std::optional<Task> draw_task(TaskGenerator& generator, Random& random, double t
   std::optional<CellConfiguration> goals;
   // From some starts no goal is in conflict, such as those of arms with two joints.
   for (int draw = 0; draw < kStarts && !goals; ++draw) {
-    starts = generator.draw_configuration(random);
+    starts = generator.draw_starts(random);
     if (!starts) return std::nullopt;
     goals = generator.draw_conflicting_goals(random, *starts);
   }

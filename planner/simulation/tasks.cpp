@@ -419,6 +419,18 @@ std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& rando
   return drawn;
 }
 
+std::optional<CellConfiguration> TaskGenerator::draw_starts(Random& random) {
+  auto starts = draw_configuration(random);
+  if (!starts) return starts;
+  CellConfiguration home = *starts;
+  for (int i = 0; i < impl_->arms(); ++i) {
+    const Arm& arm = impl_->cell.arms[i].arm;
+    if (arm.named.contains("home")) home[i] = arm.home();
+  }
+  impl_->unwind(home, *starts);
+  return starts;
+}
+
 const std::string& TaskGenerator::shortage() const {
   return impl_->shortage;
 }

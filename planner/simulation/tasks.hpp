@@ -29,6 +29,10 @@ class TaskGenerator {
   /// found none; with an area for each arm, `attempts` counts per arm.
   [[nodiscard]] std::optional<CellConfiguration> draw_configuration(Random& random, int attempts = 400);
 
+  /// As above, in the turns of the joints that the arms reach from home on the straightest free way. In other turns a
+  /// goal may be out of reach for good.
+  [[nodiscard]] std::optional<CellConfiguration> draw_starts(Random& random);
+
   /// Why the last draw found nothing: the end of a sentence.
   [[nodiscard]] const std::string& shortage() const;
 
@@ -41,7 +45,7 @@ class TaskGenerator {
 
   /// Goals of arms at `starts`. With a pose sequence: the next pose. With a motion problem: each arm's next area.
   /// Otherwise a configuration as above to which straight_motion_collides(); any when no two arms can meet. Joints that
-  /// turn more than once take the nearest turn. Empty when `attempts` draws found none.
+  /// turn more than once take the turn with the straightest free way. Empty when `attempts` draws found none.
   [[nodiscard]] std::optional<CellConfiguration> draw_conflicting_goals(Random& random, const CellConfiguration& starts,
                                                                         int attempts = 2000);
 

@@ -99,7 +99,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       checkpoint_(options.checkpoint),
       device_(std::move(device)),
       control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value()), *device_),
-      published_{nanoseconds(state_period(file.cell.timing)), {}, {}} {
+      published_{nanoseconds(state_period(file)), {}, {}} {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
 }

@@ -44,6 +44,7 @@ void add_commands(CLI::App& app, Session& session) {
   add_init(app, session);
   add_robots(app, session);
   add_keystore(app, session);
+  add_firewall(app, session);
   add_check(app, session);
   add_plan(app, session);
   add_simulate(app, session);

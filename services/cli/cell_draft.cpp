@@ -248,7 +248,7 @@ bool draws_tasks(const planner::Cell& cell) {
   planner::TaskGenerator generator(cell);
   planner::Random random(1);
   for (int trial = 0; trial < kTrials; ++trial) {
-    const auto starts = generator.draw_configuration(random);
+    const auto starts = generator.draw_starts(random);
     if (!starts || !generator.draw_conflicting_goals(random, *starts)) return false;
   }
   return true;

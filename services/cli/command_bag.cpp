@@ -163,8 +163,8 @@ void add_bag(CLI::App& app, Session& session) {
   exporter->add_option("-o,--folder", options->folder, "folder of the files; existing files stay")->type_name("DIR");
   exporter->add_flag("--csv", options->csv, "comma-separated values (RFC 4180), one row a message");
   exporter->footer(
-      "The first columns are the time of arrival and the time of writing [ns since 1970] and the writer. Then come the "
-      "fields of docs/reference/topics.md; an enumerator is its number, counted from 0.");
+      "The first columns are the times of arrival and of writing [ns since 1970] and the writer. Then come the fields "
+      "of the message; an enumerator is its number, counted from 0.");
   exporter->callback(
       [&session, options] { session.action = [&session, options] { return export_bag(session.settings, *options); }; });
 }

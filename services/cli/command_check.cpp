@@ -393,10 +393,9 @@ void add_check(CLI::App& app, Session& session) {
   command->add_option("FILE", options->file, "cell file (YAML), robot description (URDF) or name of a robot")
       ->required();
   command->add_flag("--details", options->details,
-                    "also each joint, limit and shape of a cell's arms, and how meshes and link pairs were simplified");
+                    "also each joint, limit and shape, and how meshes and link pairs were simplified");
   add_robot_options(*command, options->robot);
-  command->footer(
-      "Exit code 3 when the file is wrong, or when no task can be drawn in the cell, as of hecaton simulate.");
+  command->footer("Exit code 3 when the file is wrong, or when hecaton simulate could draw no task.");
   command->callback([&session, options, command] {
     check_robot_options(options->robot);
     session.action = [&session, options, command] {

@@ -51,7 +51,7 @@ void add_device(CLI::App& app, Session& session) {
       ->required();
   command->footer(
       "Look at the arm first: unlock releases a stop that the robot made by itself. The arm stays held until 'hecaton "
-      "resume ARM'. No order of Hecaton is a safety function.");
+      "resume ARM'. No order is a safety function.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });

@@ -131,10 +131,9 @@ void add_init(CLI::App& app, Session& session) {
   command->add_option("-o,--file", options->path, "the cell file to write; an existing file stays (cell.yaml)")
       ->type_name("FILE");
   command
-      ->add_option(
-          "ARMS", options->arms,
-          "each NAME=ROBOT@\"x y z roll pitch yaw\": ROBOT is a name that `hecaton robots` lists or the path of a "
-          "URDF; ROBOT:LINK chooses the tool's link; the rotation may be left out")
+      ->add_option("ARMS", options->arms,
+                   "each NAME=ROBOT@\"x y z roll pitch yaw\": ROBOT is a name of `hecaton robots` or a URDF; "
+                   "ROBOT:LINK chooses the tool's link; the rotation is optional")
       ->take_all();
   command->footer("Try it: hecaton init -o cell.yaml left=ur5e@\"-0.5 0 0\" right=panda@\"0.5 0 0 0 0 3.14\"");
   command->callback([&session, options] {

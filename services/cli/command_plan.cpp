@@ -305,8 +305,7 @@ void add_plan(CLI::App& app, Session& session) {
   command
       ->add_option(
           "--from", arguments.from,
-          "joint values (of all planned arms, one arm after the other) or a named pose (the request's start, or "
-          "where the arms start)")
+          "joint values, one arm after the other, or a named pose (the request's start, or where the arms start)")
       ->type_name("Q");
   CLI::Option* to = command->add_option("--to", arguments.to, "the goal, in the same form (the request's goal)");
   to->type_name("Q");
@@ -325,21 +324,19 @@ void add_plan(CLI::App& app, Session& session) {
   constexpr config::Bounds kStep{1e-4, 1.0, "rad | m"};
   add_number(
       *command, "--step", [options = options.get()](double step) { options->step = step; },
-      "distance of checked configurations on a straight segment, in joint space [rad | m] (0.03)", kStep);
+      "distance of checked configurations on a segment [rad | m] (0.03)", kStep);
   constexpr config::Bounds kClearance{0.0, 1.0, "m"};
   add_number(
       *command, "--clearance", [options = options.get()](double distance) { options->clearance = distance; },
       "distance kept from all obstacles and other arms [m] (0)", kClearance);
   add_number(
       *command, "--keep", [options = options.get()](double distance) { options->keep = distance; },
-      "distance beyond --clearance that shortening keeps where the found path has it [m] (0.01)", kClearance);
+      "distance beyond --clearance that shortening keeps if possible [m] (0.01)", kClearance);
   constexpr config::Bounds kDeviation{0.0, 1.0, "rad | m"};
   add_number(
       *command, "--deviation", [options = options.get()](double deviation) { options->deviation = deviation; },
-      "deviation of rounded corners from the path, in joint space [rad | m]; 0: the arm stops at corners (0.05)",
-      kDeviation);
-  add_duration(*command, "--trajectory", options->period,
-               "also print the trajectory with this sampling period: positions, velocities, accelerations", 1e-4,
+      "deviation of rounded corners from the path [rad | m]; 0: the arm stops at corners (0.05)", kDeviation);
+  add_duration(*command, "--trajectory", options->period, "also print the trajectory with this sampling period", 1e-4,
                3600.0);
   constexpr config::Bounds kJerk{0.1, 1e6, "rad/s³ | m/s³"};
   add_number(
@@ -347,10 +344,9 @@ void add_plan(CLI::App& app, Session& session) {
       "limit of every joint's jerk (none)", kJerk);
   command->add_flag("!--raw", options->simplify, "print the found path without shortening it");
   command
-      ->add_option(
-          "--plot", options->plot,
-          "plot one arm on its path into this file, as SVG, for a robot of two joints with the tree or roadmap; "
-          "with sensed_cspace or known_cspace every step, in workspace and C-space, into this folder")
+      ->add_option("--plot", options->plot,
+                   "plot one arm on its path into this file, as SVG, with the tree or roadmap of two joints; with "
+                   "sensed_cspace or known_cspace every step into this folder")
       ->type_name("FILE|DIR");
   add_robot_options(*command, arguments.robot);
   std::string planners = "Global planners:\n";
@@ -364,8 +360,9 @@ void add_plan(CLI::App& app, Session& session) {
       "Planners sensed_cspace and known_cspace simulate the arm in virtual time, for at most tasks.time_limit.\n"
       "For these --seed is the seed of the sensor noise, and --budget and --raw have no effect.\n"
       "Links of one arm must not touch, whatever --clearance is.\n"
-      "Exit code 1 when no path was found; the output has the reason. Ctrl-C ends the search, with exit code 130:\n"
-      "a path that is found already is printed, though it may not be shortened.");
+      "Exit code 1 when no path was found; the output has the reason. After Ctrl-C a path that is found already is "
+      "printed,\n"
+      "though it may not be shortened.");
   command->callback([&session, options, command] {
     check_robot_options(options->arguments.robot);
     check_tool_goal_options(*command);

@@ -145,7 +145,7 @@ void add_record(CLI::App& app, Session& session) {
                1.0, kLongest);
   command->footer(
       "With --split-size, --split-time or --keep the files are FILE-0001.mcap and so on. --keep removes only files of "
-      "this recording. A recording that ends without Ctrl-C, at a power cut or kill -9, lacks a second at most.");
+      "this recording. A recording that ends without Ctrl-C lacks a second at most.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
 }

@@ -150,9 +150,7 @@ void add_replay(CLI::App& app, Session& session) {
   add_time(*command, *options, "show this time first, since the begin of the recording [s] (0)");
   command->footer(
       "The address of the page is the first line of the output. All pages of one replay show the same time. The cell "
-      "file "
-      "and its robots come from the recording. A recording that is cut or damaged is shown as far as its CRCs prove "
-      "it.");
+      "file and its robots come from the recording. A damaged recording is shown as far as its CRCs prove it.");
   command->callback([&session, options] { session.action = [options] { return run_replay(*options); }; });
 }
 
@@ -164,7 +162,7 @@ void add_explain(CLI::App& app, Session& session) {
   add_time(*command, *options, "time since the begin of the recording [s] (0)");
   command->footer(
       "It names the order, why the arm stands, its goal, the pair of bodies that bounds its motion, what its planner "
-      "tries, the ages of its inputs, and open faults, as the recorder had received them.");
+      "tries, the ages of its inputs, and open faults.");
   command->callback([&session, options] {
     session.action = [&session, options] { return run_explain(session.settings, *options); };
   });

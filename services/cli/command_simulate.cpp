@@ -246,29 +246,23 @@ void add_simulate(CLI::App& app, Session& session) {
       "speed limit of all revolute joints, up to 100 rad/s (of the cell file and the URDF)", kSpeed);
   add_whole_number(
       *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
-      "threads that run episodes at the same time or, when there are fewer episodes, share the arms of one (at least "
-      "ten "
-      "each); the report does not depend on it (1)",
+      "threads for episodes or, with fewer episodes, for the arms of one (at least ten each); the report does not "
+      "depend on it (1)",
       1, 1024);
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command
-      ->add_option("--plot", options->plot,
-                   "plot the arms of the first episode into this folder, as SVG: workspace and C-space for C-space "
-                   "methods, workspace and field for potential fields")
+      ->add_option(
+          "--plot", options->plot,
+          "plot the first episode into this folder, as SVG: workspace, and C-space or field of methods that have one")
       ->type_name("DIR");
-  command
-      ->add_option("--record", options->record,
-                   "write the first episode to this file, a line of JSON each 50 ms: arms, obstacles, tools, goals")
+  command->add_option("--record", options->record, "write the first episode to this file, a line of JSON each 50 ms")
       ->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
-                    "measure the duration of ticks and the processor time of rollouts: fills tick_us and rollouts.us, "
-                    "which are null otherwise and differ between runs");
+                    "measure ticks and rollouts: fills tick_us and rollouts.us, which differ between runs");
   command->footer(
-      "Exit code 1 when a task was missed, a task had no free goals, or there was a contact; 3 when the first 50 "
-      "episodes "
-      "(of one task per arm), or all of them, had no free goals. Ctrl-C prints the report of the "
-      "complete episodes, with exit code 130. Measured durations go to stderr, so that the report is the same in every "
-      "run.");
+      "Exit code 1 when a task was missed or had no free goals, or there was a contact; 3 when the first 50 episodes "
+      "(of one task per arm), or all of them, had no free goals. Measured durations go to stderr, so that the report "
+      "is the same in every run.");
   command->callback([&session, options] {
     if (options->batch.network.jitter > options->batch.network.age) {
       throw Failure(ExitCode::kBadInput, "--jitter = " + duration_text(options->batch.network.jitter) +

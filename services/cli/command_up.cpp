@@ -278,23 +278,19 @@ void add_up(CLI::App& app, Session& session) {
   TaskRounds::Options& tasks = options->tasks;
   add_whole_number(
       *command, "--tasks", [&tasks](std::uint64_t n) { tasks.tasks = static_cast<int>(n); },
-      "give the arms random conflicting goals until N have ended, print a report and stop (run until Ctrl-C)", 1,
-      kMostTasks);
+      "random conflicting goals until N have ended, then a report (run until Ctrl-C)", 1, kMostTasks);
   add_seed(*command, tasks.seed, "of the random goals (1)");
   command->add_option("--report", options->report, "also write the report to this file, as JSON")->type_name("FILE");
   command->add_flag("--view", options->view, "start hecaton-view also if the cell file has no key view");
   command->add_flag("--headless", options->headless, "print lines of progress instead of a live view of the cell");
-  command
-      ->add_option("--log-dir", options->log_dir,
-                   "folder for all logs (a temporary folder, which is kept only after an error)")
+  command->add_option("--log-dir", options->log_dir, "folder for all logs (a temporary one, kept only after an error)")
       ->type_name("DIR");
   add_duration(*command, "--start-timeout", options->start_timeout, "time limit for the start of the cell (30s)", 0.1,
                3600.0);
   command->footer(
       "Exit code with --tasks: 0 when all were reached without contact, 3 when no goals could be drawn, otherwise 1. "
-      "Ctrl-C prints the report of the tasks so far, with exit code 130; a second Ctrl-C ends at once. Contacts and "
-      "separations are the "
-      "contact monitor's. Tick times: medians over all windows of 512 ticks of all planners, and the longest tick.");
+      "Contacts and separations are the contact monitor's. Tick times: medians over windows of 512 ticks of all "
+      "planners, and the longest tick.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });

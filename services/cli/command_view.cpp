@@ -46,8 +46,8 @@ void add_view(CLI::App& app, Session& session) {
       *command, "--port", [options](std::uint64_t port) { options->port = port; },
       "port of the page, 0 to 65535; 0: a free one (the cell file's, or 8000 + DDS domain)", 0, 65535);
   command->footer(
-      "The address of the page is the first line of the output. The page only shows: it gives no orders. It has no "
-      "password: with --listen, any program on that network can read the cell's states.");
+      "The address of the page is the first line of the output. The page gives no orders. It has no password: with "
+      "--listen, any program on that network can read the cell's states.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

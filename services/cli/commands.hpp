@@ -31,6 +31,7 @@ void add_simulate(CLI::App& app, Session& session);
 void add_view(CLI::App& app, Session& session);
 void add_record(CLI::App& app, Session& session);
 void add_keystore(CLI::App& app, Session& session);
+void add_firewall(CLI::App& app, Session& session);
 void add_bag(CLI::App& app, Session& session);  ///< bag info, bag export
 void add_replay(CLI::App& app, Session& session);
 void add_explain(CLI::App& app, Session& session);

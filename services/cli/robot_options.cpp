@@ -100,7 +100,7 @@ void add_robot_options(CLI::App& app, RobotOptions& options) {
   constexpr config::Bounds kVelocity{0.0, 1e3, "rad/s (m/s for a prismatic joint)", true};
   add_number(
       app, kDefaultVelocity, [&options](double velocity) { options.default_velocity = velocity; },
-      "URDF only: velocity limit of joints without one [rad/s | m/s] (none: such joints are rejected)", kVelocity);
+      "URDF only: velocity limit of joints without one [rad/s | m/s] (none: an error)", kVelocity);
 }
 
 void check_robot_options(const RobotOptions& options) {

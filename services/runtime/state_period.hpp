@@ -3,13 +3,14 @@
 
 #include <algorithm>
 
-#include "planner/cell.hpp"
+#include "services/config/cell_file.hpp"
 
 namespace hecaton::services {
 
 /// The period of ArmState while nothing decisive changes [s]: that of the fastest loop that reads it, a planner's or
 /// the world's. These extrapolate a state to their own instant.
-[[nodiscard]] inline double state_period(const planner::Timing& timing) {
+[[nodiscard]] inline double state_period(const config::CellFile& file) {
+  const auto& timing = file.cell.timing;
   return std::max(timing.driver_period, std::min(timing.control_period, timing.world_period));
 }
 

@@ -233,8 +233,7 @@ void add_validate(CLI::App& parent, Session& session) {
   add_seed(*command, options->seed, "of the tasks; must not be that of a search (1001)");
   command->footer(
       "P at most: upper bound of the probability of a fault with 97.5 % confidence (the upper end of the exact "
-      "binomial "
-      "95 % interval). Exit code 1 if there was a fault; 130 after Ctrl-C, with the tasks so far.");
+      "binomial 95 % interval). Exit code 1 if there was a fault.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return validate(session.settings, *options); }; });
 }
@@ -257,7 +256,7 @@ void add_simplex(CLI::App& parent, Session& session) {
       *command, "--tolerance", [options](double x) { options->simplex.tolerance = x; },
       "stop when T(L) differs by less within the simplex (0.5)", kTolerance);
   add_seed(*command, options->seed, "of the tasks (1)");
-  command->footer("Exit code 1 if the best strategy had a fault; 130 after Ctrl-C, with the best so far.");
+  command->footer("Exit code 1 if the best strategy had a fault.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return refine(session.settings, *options); }; });
 }

@@ -220,8 +220,8 @@ void add_search(CLI::App& parent, Session& session) {
               "the grid's values of each arm's further coefficients (-2.5 -1 1 2.5)", kCoefficient);
   command
       ->add_option("--combine", options->combine,
-                   "instead of a grid: all combinations in which each two neighbours had no fault in these results "
-                   "(CSV) of a cell with two such arms")
+                   "instead of a grid: combinations whose neighbours had no fault in these results (CSV) of a cell "
+                   "with two such arms")
       ->type_name("FILE")
       ->excludes("--alpha")
       ->excludes("--beta");
@@ -229,28 +229,22 @@ void add_search(CLI::App& parent, Session& session) {
              "for comparison: first axis of the null space's basis; cells only support `second`");
   add_choice(
       *command, "--neighbours", options->neighbours, {"listed", "nearest"},
-      "for comparison: order of neighbours, as listed in the paper or nearest to the goal first; cells only support "
-      "`listed`");
+      "for comparison: order of neighbours, of the paper or nearest to the goal first; cells only support `listed`");
   add_threads(*command, options->threads);
   add_whole_number(
       *command, "--top", [options](std::uint64_t n) { options->top = n; }, "number of best strategies to show (10)", 1,
       100000);
   command
-      ->add_option(
-          "--results", options->results,
-          "write the confirmed strategies to NAME.csv, the best one to NAME.yaml for `strategy: {file: …}` in a "
-          "cell file, and the progress to NAME.progress for --resume")
+      ->add_option("--results", options->results,
+                   "write the confirmed strategies to NAME.csv, the best one to NAME.yaml for `strategy: {file: …}`, "
+                   "the progress to NAME.progress")
       ->type_name("NAME");
   for (const char* comparison : {"--basis", "--neighbours"}) command->get_option(comparison)->excludes("--results");
   command->add_flag("--resume", options->resume, "resume an interrupted search; needs --results")->needs("--results");
   command->footer(
-      "Exit code 1 if all strategies had a fault. Ctrl-C prints the strategies evaluated so far, with exit code 130, "
-      "and "
-      "writes no results; --resume continues from NAME.progress. `mpirun hecaton-strategies search …` divides the work "
-      "among its "
-      "processes, also on several machines: each reads the same cell file, and rank 0 writes the results. The number "
-      "of "
-      "processes does not change results.");
+      "Exit code 1 if all strategies had a fault. After Ctrl-C no results are written; --resume continues from "
+      "NAME.progress. `mpirun hecaton-strategies search …` divides the work among its processes, also on several "
+      "machines: each reads the same cell file, and rank 0 writes the results. Their number does not change results.");
   command->callback(
       [&session, options] { session.action = [&session, options] { return search(session.settings, *options); }; });
 }

@@ -95,11 +95,10 @@ DetectionLimits detection_limits(const config::CellFile& file, Time loop_period)
   limits.host_lease = supervision.host_lease;
   limits.rediscovery = bus::longest_rediscovery(bus::kParticipantLease) + kLateRediscovery;
   limits.sure_return = bus::stable_contact(bus::kParticipantLease);
-  limits.arm_stream =
-      std::max(supervision.heartbeat_deadline, periods(state_period(file.cell.timing), kMissingSamples));
+  limits.arm_stream = std::max(supervision.heartbeat_deadline, periods(state_period(file), kMissingSamples));
   limits.world_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.world_period, kMissingSamples));
-  limits.arm_period = periods(state_period(file.cell.timing), 1);
+  limits.arm_period = periods(state_period(file), 1);
   limits.world_period = periods(file.cell.timing.world_period, 1);
   for (const std::string& kind : supervision.waits_for_resume) limits.waits_for_resume.insert(cause_kind(kind).value());
   return limits;

@@ -13,7 +13,6 @@
 
 #include "planner/model/kinematics.hpp"
 #include "planner/simulation/arm_in_world.hpp"
-#include "planner/trajectory/set_point_interpolator.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "world/sim/bullet_world.hpp"
@@ -40,7 +39,11 @@ class MeasuredArms {
   const config::CellFile& file_;
   bus::Reader<msg::ArmState> states_;
   planner::Kinematics kinematics_;  ///< scratch
-  std::vector<planner::JointState> measured_;
+  struct Measured {
+    planner::JointVector q;   ///< [rad | m]
+    planner::JointVector qd;  ///< [rad/s | m/s]
+  };
+  std::vector<Measured> measured_;  ///< the newest state of each arm that is in arrivals_
   std::vector<std::optional<bus::Clock::time_point>> arrivals_;
   std::vector<std::optional<planner::JointVector>> q_;
 };

@@ -162,8 +162,8 @@ TEST(TaskGenerator, DrawsPosturesOfAnArmWhoseToolStaysOnASurface) {
   }
 }
 
-// A goal a whole turn away: the joint turns the short way.
-TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
+/// One arm, whose second joint turns by nearly two turns about its own axis.
+Cell turner() {
   Cell cell;
   PlannedArm& planned = cell.arms.emplace_back();
   auto model = std::make_shared<RobotModel>(*test::planar_point("turner").model);
@@ -176,6 +176,25 @@ TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
   planned.arm.limits = model->limits;
   cell.tasks.radius = 1e-5;
   cell.tasks.half_height = 0.0;
+  return cell;
+}
+
+// Starts are where the arm comes from home, not a turn away, where the ends of its range may lock it in.
+TEST(TaskGenerator, DrawsStartsInTheTurnsOfHome) {
+  Cell cell = turner();
+  cell.arms[0].arm.named["home"] = joints({0.0, 3.0});
+  TaskGenerator generator(cell);
+  Random random(3);
+  for (int draw = 0; draw < 20; ++draw) {
+    const auto starts = generator.draw_starts(random);
+    ASSERT_TRUE(starts) << generator.shortage();
+    EXPECT_LE(std::abs((*starts)[0][1] - 3.0), 3.15);
+  }
+}
+
+// A goal a whole turn away: the joint turns the short way.
+TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
+  const Cell cell = turner();
   TaskGenerator generator(cell);
   Random random(5);
   for (const double start : {-3.1, -2.0, 0.5, 3.1}) {

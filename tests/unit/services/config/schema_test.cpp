@@ -35,6 +35,16 @@ Sections documented() {
       EXPECT_TRUE(keys->insert(between_ticks(line, 3)).second) << "twice: " << line;
     }
   }
+  // "## `obstacles[].motion`" has what "## `obstacles[].motion of type sine`" shares with the other types.
+  std::set<std::string> common;
+  for (auto& [where, own] : sections) {
+    const std::string above = where.substr(0, where.find(" of type "));
+    if (above == where || !sections.contains(above)) continue;
+    common.insert(above);
+    for (const std::string& key : sections.at(above))
+      EXPECT_TRUE(own.insert(key).second) << "twice: " << where << ' ' << key;
+  }
+  for (const std::string& where : common) sections.erase(where);
   return sections;
 }
 
