@@ -12,5 +12,7 @@ mkdir -p "$(dirname "$directory")"
 work=$(mktemp -d "$directory.XXXXXX") # a root that is only half made is never taken for one
 trap 'rm -rf "$work"' EXIT
 debootstrap --variant=minbase "$suite" "$work/root" ${mirror:+"$mirror"} >&2
+# Packages install faster without a sync after each file. A power cut then costs only this folder, which can be made again.
+echo force-unsafe-io >"$work/root/etc/dpkg/dpkg.cfg.d/force-unsafe-io"
 mv "$work/root" "$directory"
 echo "made $directory, Debian $suite" >&2

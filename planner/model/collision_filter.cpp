@@ -283,7 +283,10 @@ std::optional<std::pair<double, double>> passable_range(const RobotModel& model,
     }
   }
   if (bounds.empty()) return std::nullopt;
-  if (!endless) bounds.insert(bounds.end(), {lower, upper});
+  if (!endless) {
+    bounds.push_back(lower);
+    bounds.push_back(upper);
+  }
   std::sort(bounds.begin(), bounds.end());
   std::pair widest{bounds[0], bounds[0]};
   for (std::size_t i = 0; i + 1 < bounds.size(); ++i) {

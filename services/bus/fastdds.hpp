@@ -31,6 +31,7 @@
 #define HECATON_FAST_DDS 3
 #include <fastdds/LibrarySettings.hpp>
 #include <fastdds/rtps/builtin/data/ParticipantBuiltinTopicData.hpp>
+#include <fastdds/rtps/common/WriteParams.hpp>
 #include <fastdds/rtps/transport/ChainingTransport.hpp>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.hpp>
 #include <fastdds/rtps/transport/NetworkBuffer.hpp>
@@ -39,6 +40,7 @@
 #include <fastdds/utils/IPLocator.hpp>
 #else
 #define HECATON_FAST_DDS 2
+#include <fastdds/rtps/common/WriteParams.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>

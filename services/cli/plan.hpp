@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "planner/cell.hpp"
@@ -58,7 +59,7 @@ planner::ToolGoalAnswer resolve_tool_goal(PlanQuery& query, const planner::Confi
 
 /// The planned arm. Throws Failure (usage) when the query has several arms; `option` is the option that requires one
 /// arm, such as "--plot".
-[[nodiscard]] const planner::Arm& only_arm(const PlanQuery& query, const std::string& option);
+[[nodiscard]] const planner::Arm& only_arm(const PlanQuery& query, std::string_view option);
 
 /// Obstacles for the only planned arm: world bodies, other arms, and objects that it carries.
 [[nodiscard]] std::vector<world::Obstacle> obstacles_of_only_arm(const PlanQuery& query, const std::string& option);

@@ -281,9 +281,10 @@ planner::ToolGoalAnswer resolve_tool_goal(PlanQuery& query, const planner::Confi
   return answer;
 }
 
-const planner::Arm& only_arm(const PlanQuery& query, const std::string& option) {
+const planner::Arm& only_arm(const PlanQuery& query, std::string_view option) {
   if (query.planned.size() != 1) {
-    throw Failure(ExitCode::kUsage, option + " is for one arm, not for " + std::to_string(query.planned.size()));
+    throw Failure(ExitCode::kUsage,
+                  std::string(option) + " is for one arm, not for " + std::to_string(query.planned.size()));
   }
   return query.planned.front().own_arm();
 }
