@@ -209,8 +209,8 @@ def write_cell(guide, machines):
     for command in guide.commands(2):
         if not command.startswith("scp"):
             said = machines.type(first, command)
-            if command.startswith("hecaton") and "this cell can start" not in said.splitlines()[-1]:
-                raise RuntimeError(f"it ends otherwise: {said}")
+            if command.startswith("hecaton") and "this cell can start" not in said:
+                raise RuntimeError(f"it says otherwise: {said}")
             continue
         _, _, source, target = shlex.split(command)
         address, folder = re.fullmatch(r"root@([\d.]+):(.+)", target).groups()
