@@ -163,7 +163,9 @@ msg::Cause ArmControl::cause() const {
   if (hold_) return *hold_;
   if (refusal_) return *refusal_;
   if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command received yet");
-  if (command_age() > setup_.command_timeout) {
+  // The interpolator is one period ahead, so it begins to stop this much earlier. Half a period covers rounding.
+  const double ahead = 1.5 * std::chrono::duration<double>(setup_.period).count();
+  if (command_age() + ahead > setup_.command_timeout) {
     return make_cause(CauseKind::CAUSE_COMMANDS_CEASED, setup_.arm,
                       milliseconds_text("commands ceased: none for more than %.0f ms", setup_.command_timeout));
   }

@@ -181,6 +181,14 @@ TEST_F(ArmControlTest, BrakesWhenCommandsStop) {
   EXPECT_EQ(control_.measured().qd[0], 0.0);
 }
 
+// The driver logs the cause in the period in which its mode changes.
+TEST_F(ArmControlTest, SaysInTheFirstPeriodOfBrakingThatCommandsCeased) {
+  run();
+  for (int k = 0; k < 100 && control_.mode() == ArmMode::ARM_RUNNING; ++k) period();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_COMMANDS_CEASED) << text();
+}
+
 // From every state on the stop profile, the arm comes to rest q̇ T/2 further, T = |q̇| / (10 rad/s²).
 TEST_F(ArmControlTest, BrakesOnTheStopProfile) {
   run();
