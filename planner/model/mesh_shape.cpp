@@ -158,7 +158,11 @@ Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std:
 
   if (extension == ".dae") {
     tinyxml2::XMLDocument document;
-    load_xml(path, "Collada mesh", document, sources);
+    try {
+      load_xml(path, "Collada mesh", document, sources);
+    } catch (const ModelError& error) {
+      throw ModelError(mesh + " cannot be read: " + error.what());
+    }
     if (document.RootElement() != nullptr) ColladaCheck(*document.RootElement(), mesh);
   }
   Assimp::Importer importer;
