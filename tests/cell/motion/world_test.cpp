@@ -35,7 +35,7 @@ class MotionWorld : public MotionCell {
     msg::WorldEditReply reply;
     EXPECT_TRUE(await([&] {
       reply = edit(request(msg::EditKind::EDIT_ATTACH, name, arm));
-      return reply.done() || reply.cause().text().find("measured") == std::string::npos;
+      return reply.done() || reply.cause().text().find("has not reported its position") == std::string::npos;
     })) << reply.cause().text();
     return reply;
   }
