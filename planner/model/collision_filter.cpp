@@ -12,8 +12,8 @@
 
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/kinematics.hpp"
-#include "planner/model/whole_turns.hpp"
 #include "planner/model/rate_bounds.hpp"
+#include "planner/model/whole_turns.hpp"
 
 namespace hecaton::planner {
 namespace {

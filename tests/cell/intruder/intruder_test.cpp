@@ -36,9 +36,8 @@ class IntruderCell : public MotionCell {
     options.interfaces = {"127.0.0.1"};
     options.partition = "*";
     intruder_ = std::make_unique<bus::Participant>(domain_.number(), "intruder", options);
-    ASSERT_TRUE(await([this] {
-      return arm() != nullptr && arm()->term() == 1 && !arm()->planner().empty() && !arm()->q().empty();
-    }));
+    ASSERT_TRUE(await(
+        [this] { return arm() != nullptr && arm()->term() == 1 && !arm()->planner().empty() && !arm()->q().empty(); }));
     state_ = *arm();
   }
 
