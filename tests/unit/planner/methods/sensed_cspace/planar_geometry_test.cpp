@@ -1,5 +1,6 @@
 #include "planner/methods/sensed_cspace/planar_geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
