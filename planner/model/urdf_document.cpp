@@ -385,9 +385,8 @@ class UrdfChecker {
     for (const char* name : {"effort", "velocity"}) {
       if (limit->Attribute(name) == nullptr) limit->SetAttribute(name, "0");
     }
-    if (number_attribute(*limit, "velocity", 1, where)[0] < 0.0) {
-      throw ModelError(where + ": limit velocity = " + in_quotes(limit->Attribute("velocity")) + " must be above 0");
-    }
+    // Some files write -1 for an unknown limit: as if it were missing.
+    if (number_attribute(*limit, "velocity", 1, where)[0] < 0.0) limit->SetAttribute("velocity", "0");
   }
 
   /// A drive with a safety controller stays within its soft limits, therefore plans must, too.

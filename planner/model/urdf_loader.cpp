@@ -292,6 +292,19 @@ class ModelBuilder {
                             " no velocity limit; the default " + number_text(*options_.default_velocity) + " is used");
   }
 
+  struct Range {
+    double lower, upper;  // [rad | m]
+    [[nodiscard]] Range within(double low, double high) const { return {std::max(lower, low), std::min(upper, high)}; }
+    [[nodiscard]] bool is_empty() const { return !(lower < upper); }
+  };
+
+  /// The range of the joint that a link follows, with which the link stays from `lower` to `upper`.
+  [[nodiscard]] static Range range_of_leader(const Link& link, double lower, double upper) {
+    const double one = (lower - link.offset) / link.multiplier;
+    const double two = (upper - link.offset) / link.multiplier;
+    return {std::min(one, two), std::max(one, two)};
+  }
+
   /// Narrows the limits of the joint that a link follows to those with which the link keeps its own.
   void keep_limits_of_follower(const TreeLink& entry) {
     const Link& link = entry.link;
@@ -304,21 +317,27 @@ class ModelBuilder {
     }
     if (link.joint_type == JointType::kContinuous || entry.lower == entry.upper) return;
     if (is_whole_turn(entry, upper - lower)) return;
-    const double one = (entry.lower - link.offset) / link.multiplier;
-    const double two = (entry.upper - link.offset) / link.multiplier;
-    const double narrowed_lower = std::max(lower, std::min(one, two));
-    const double narrowed_upper = std::min(upper, std::max(one, two));
     const std::string& name = model_->joint_names[link.joint];
-    if (!(narrowed_lower < narrowed_upper)) {
+    Range narrowed = range_of_leader(link, entry.lower, entry.upper).within(lower, upper);
+    // Files of grippers often give both fingers the same limits although one turns the other way.
+    if (narrowed.is_empty() && link.multiplier < 0.0) {
+      narrowed = range_of_leader(link, -entry.upper, -entry.lower).within(lower, upper);
+      if (!narrowed.is_empty()) {
+        model_->notes.push_back("joint " + in_quotes(link.joint_name) + " follows joint " + in_quotes(name) +
+                                " in the opposite direction; its limits, " + number_text(entry.lower) + " to " +
+                                number_text(entry.upper) + ", are used with the opposite sign");
+      }
+    }
+    if (narrowed.is_empty()) {
       throw ModelError(path_ + ": joint " + in_quotes(link.joint_name) + " follows joint " + in_quotes(name) +
                        ", and its limits, " + number_text(entry.lower) + " to " + number_text(entry.upper) +
                        ", leave no range of that joint; correct them, or remove them and keep those of " +
                        in_quotes(name));
     }
-    const bool narrows = narrowed_lower > lower + kLimitRounding || narrowed_upper < upper - kLimitRounding;
+    const bool narrows = narrowed.lower > lower + kLimitRounding || narrowed.upper < upper - kLimitRounding;
     if (!narrows) return;
-    lower = narrowed_lower;
-    upper = narrowed_upper;
+    lower = narrowed.lower;
+    upper = narrowed.upper;
     model_->notes.push_back("joint " + in_quotes(name) + " is narrowed to " + number_text(lower) + " … " +
                             number_text(upper) + " by the limits of joint " + in_quotes(link.joint_name) +
                             ", which follows it");
@@ -381,8 +400,7 @@ class ModelBuilder {
     if (!options_.default_velocity) {
       const std::string& option = options_.names.default_velocity;
       throw ModelError(path_ + ": joint " + in_quotes(entry.link.joint_name) +
-                       ": limit velocity is 0 or missing; it must be above 0" +
-                       (option.empty() ? "" : ", or " + option + " be given, above 0"));
+                       " has no velocity limit above 0; correct it" + (option.empty() ? "" : ", or give " + option));
     }
     return *options_.default_velocity;
   }

@@ -43,7 +43,7 @@ struct UrdfOptions {
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   /// For all joints, because URDF has none [rad/s² | m/s²]; empty: assumed_acceleration().
   std::optional<double> default_acceleration = 10.0;
-  std::optional<double> default_velocity;  ///< for joints whose limit is 0 or missing; empty: these are an error
+  std::optional<double> default_velocity;  ///< for joints without a limit above 0; empty: these are an error
   SourceFiles* sources = nullptr;          ///< opens the files; null: in place
   bool allow_bare_links = false;           ///< accepts moving bodies without collision geometry
   UrdfOptionNames names;

@@ -180,6 +180,15 @@ TEST(LimitsOfFollowers, CountOnlyWhereTheyGiveARange) {
   }
 }
 
+TEST(LimitsOfFollowers, AreTakenWithTheOppositeSignWhenTheFollowerTurnsTheOtherWay) {
+  const auto model =
+      load_text(follower(limited("0", "0.9"), limited("0", "0.8") + R"(<mimic joint="j1" multiplier="-1"/>)"));
+  EXPECT_DOUBLE_EQ(model->limits.lower[0], 0.0);
+  EXPECT_DOUBLE_EQ(model->limits.upper[0], 0.8);
+  EXPECT_TRUE(
+      has_note(*model, "joint 'j2' follows joint 'j1' in the opposite direction; its limits, 0 to 0.8, are used"));
+}
+
 TEST(LimitsOfFollowers, AreRefusedWhenTheyLeaveNoRange) {
   EXPECT_NE(test::error_of(follower(limited("-1", "1"), limited("2", "3") + R"(<mimic joint="j1"/>)"))
                 .find("r.urdf: joint 'j2' follows joint 'j1', and its limits, 2 to 3, leave no range of that joint"),

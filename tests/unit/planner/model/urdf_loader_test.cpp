@@ -101,7 +101,7 @@ TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
   const std::string urdf = robot(ball_link("base") + ball_link("a") + ball_link("b") +
                                  joint("missing", "revolute", "base", "a", R"(<limit lower="-1" upper="1"/>)") +
                                  joint("zero", "continuous", "a", "b", R"(<limit effort="0" velocity="0"/>)"));
-  EXPECT_NE(test::error_of(urdf).find("joint 'missing': limit velocity is 0 or missing"), std::string::npos);
+  EXPECT_NE(test::error_of(urdf).find("joint 'missing' has no velocity limit above 0"), std::string::npos);
   UrdfOptions options;
   options.default_velocity = 0.8;
   options.default_acceleration = 3.0;
