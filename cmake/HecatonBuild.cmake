@@ -34,9 +34,8 @@ add_library(hecaton_warnings INTERFACE)
 # -Wrestrict: g++ 12 invents overlaps in "text" + std::string (its bug 105651).
 target_compile_options(hecaton_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wconversion -Wno-sign-conversion -Wno-restrict $<$<BOOL:${HECATON_WERROR}>:-Werror>)
-# g++ 13 and 14 invent such accesses in inlined vectors of Eigen and of the standard library (GCC bug 56456), and references to
-# temporaries where a function takes a temporary and returns a part of another argument. Still warnings there, they are errors
-# with g++ 12.
+# g++ 13 and 14 invent such accesses in inlined vectors of Eigen and of the standard library (GCC bug 56456). They also take a part
+# of one argument for a part of a temporary in another. Still warnings there, they are errors with g++ 12.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
   target_compile_options(hecaton_warnings INTERFACE -Wno-error=array-bounds -Wno-error=maybe-uninitialized -Wno-error=stringop-overflow
                          -Wno-error=dangling-reference)

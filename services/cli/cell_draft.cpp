@@ -92,6 +92,9 @@ LoadedArm load_arm(const DraftArm& draft) {
   }
   planner::UrdfOptions options;
   options.tool_link = draft.tool_link;
+  options.packages = draft.files.packages;
+  options.xacro_arguments = draft.files.xacro_arguments;
+  name_file_options(options);
   if (loaded.by_name) {
     planner::SourceFiles sources;
     loaded.arm.model = config::load_named_robot(config::read_named_robot(draft.robot, sources), options);
@@ -168,6 +171,32 @@ bool is_own_pose(const LoadedArm& arm, const std::string& name, const JointVecto
   return own != arm.arm.model->named.end() && own->second == q;
 }
 
+/// `text` as a YAML text in single quotes.
+std::string in_yaml_quotes(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string map_text(const std::string& key, const std::map<std::string, std::string>& values) {
+  std::string text;
+  for (const auto& [name, value] : values) {
+    text += (text.empty() ? "" : ", ") + in_yaml_quotes(name) + ": " + in_yaml_quotes(value);
+  }
+  return "    " + key + ": {" + text + "}\n";
+}
+
+std::string files_text(const RobotFileOptions& files, const fs::path& folder) {
+  std::string text;
+  if (!files.packages.empty()) {
+    std::map<std::string, std::string> packages = files.packages;
+    for (auto& [name, directory] : packages) directory = path_from(directory, folder);
+    text += map_text("packages", packages);
+  }
+  if (!files.xacro_arguments.empty()) text += map_text("xacro", files.xacro_arguments);
+  return text;
+}
+
 std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
   const DraftArm& draft = *loaded.draft;
   std::ostringstream out;
@@ -175,7 +204,7 @@ std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
   if (loaded.by_name) {
     out << "    robot: " << draft.robot << "   # `hecaton robots " << draft.robot << "` describes it\n";
   } else {
-    out << "    urdf: '" << path_from(draft.robot, folder) << "'\n";
+    out << "    urdf: " << in_yaml_quotes(path_from(draft.robot, folder)) << "\n" << files_text(draft.files, folder);
   }
   if (!draft.tool_link.empty()) out << "    tool_link: " << draft.tool_link << "\n";
   out << "    base: " << base_text(draft.base) << "   # of the robot's root link in the world frame [m, rad]\n";

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "services/cli/robot_options.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/validate.hpp"
 
@@ -12,8 +13,9 @@ namespace hecaton::services::cli {
 /// An arm of the draft.
 struct DraftArm {
   std::string name;
-  std::string robot;      ///< a name of the catalogue, or the path of a URDF
-  std::string tool_link;  ///< empty: the robot's first tool, or the end of the longest chain
+  std::string robot;            ///< a name of the catalogue, or the path of a URDF
+  std::string tool_link;        ///< empty: the robot's first tool, or the end of the longest chain
+  RobotFileOptions files = {};  ///< not used for a robot of the catalogue
   std::vector<double> base = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};  ///< x y z [m] roll pitch yaw [rad], in W
 };
 

@@ -348,15 +348,15 @@ struct Options {
   RobotOptions robot;
 };
 
-/// How to draft a cell with the robot. `hecaton init` has no arguments for xacro: a file that needs some is expanded.
+/// How to draft a cell with the robot.
 std::string first_steps(const Options& options) {
-  const auto init = [](const std::string& file) {
-    return "hecaton init -o cell.yaml left=" + shell_word(file) + "@\"0 0 0\"\n";
-  };
-  if (options.robot.xacro_arguments.empty()) return "next: " + init(options.file);
-  std::string expand = "next: xacro " + shell_word(options.file);
-  for (const auto& [name, value] : options.robot.xacro_arguments) expand += " " + shell_word(name + ":=" + value);
-  return expand + " > arm.urdf\nthen: " + init("arm.urdf");
+  std::string text = "next: hecaton init -o cell.yaml left=" + shell_word(options.file) + "@\"0 0 0\"";
+  for (const auto& [name, folder] : options.robot.files.packages)
+    text += " --package " + shell_word(name + "=" + folder);
+  for (const auto& [name, value] : options.robot.files.xacro_arguments) {
+    text += " --xacro " + shell_word(name + "=" + value);
+  }
+  return text + "\n";
 }
 
 ExitCode check_urdf(const Settings& settings, const Options& options) {
@@ -407,7 +407,6 @@ void add_check(CLI::App& app, Session& session) {
   add_robot_options(*command, options->robot);
   command->footer("Exit code 3 when the file is wrong, or when hecaton simulate could draw no task.");
   command->callback([&session, options, command] {
-    check_robot_options(options->robot);
     session.action = [&session, options, command] {
       if (is_robot(options->file)) return check_urdf(session.settings, *options);
       refuse_robot_options(*command);

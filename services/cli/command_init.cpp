@@ -24,6 +24,7 @@ namespace {
 struct Options {
   std::string path = "cell.yaml";
   std::vector<std::string> arms;
+  RobotFileOptions files;
 };
 
 /// One line of the answer; the default for an empty line. Throws Failure at the end of the input.
@@ -68,7 +69,10 @@ void refuse_existing(const std::string& path) {
 ExitCode run(const Options& options) {
   refuse_existing(options.path);  // before the work; write_new() decides
   std::vector<DraftArm> arms;
-  for (const std::string& word : options.arms) arms.push_back(parse_draft_arm(word));
+  for (const std::string& word : options.arms) {
+    arms.push_back(parse_draft_arm(word));
+    arms.back().files = options.files;
+  }
   const CellDraft draft = draft_cell(arms, options.path);
   write_new(options.path, draft.text);
   for (const config::Finding& finding : draft.findings) {
@@ -135,6 +139,7 @@ void add_init(CLI::App& app, Session& session) {
                    "each NAME=ROBOT@\"x y z roll pitch yaw\": ROBOT is a name of `hecaton robots` or a URDF; "
                    "ROBOT:LINK chooses the tool's link; the rotation is optional")
       ->take_all();
+  add_robot_file_options(*command, options->files, "of the arms with a URDF: ");
   command->footer("Try it: hecaton init -o cell.yaml left=ur5e@\"-0.5 0 0\" right=panda@\"0.5 0 0 0 0 3.14\"");
   command->callback([&session, options] {
     session.action = [options] {

@@ -364,7 +364,6 @@ void add_plan(CLI::App& app, Session& session) {
       "printed,\n"
       "though it may not be shortened.");
   command->callback([&session, options, command] {
-    check_robot_options(options->arguments.robot);
     check_tool_goal_options(*command);
     session.action = [&session, options, command] {
       refuse_empty(*command);

@@ -21,28 +21,14 @@ constexpr const char* kAllowBareLinks = "--allow-bare-links";
 constexpr const char* kDefaultVelocity = "--default-velocity";
 constexpr const char* kJoint = "--joint";
 constexpr const char* kXacro = "--xacro";
+constexpr const char* kPackage = "--package";
 
-[[noreturn]] void refuse_package(const std::string& entry) {
-  throw Failure(ExitCode::kBadInput, "--package = '" + config::printable(entry) + "' must be NAME=DIR");
-}
-
-std::map<std::string, std::string> packages_of(const std::vector<std::string>& entries) {
-  std::map<std::string, std::string> packages;
-  for (const std::string& entry : entries) {
-    const std::size_t equals = entry.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-      refuse_package(entry);
-    }
-    packages[entry.substr(0, equals)] = entry.substr(equals + 1);
-  }
-  return packages;
-}
-
-/// "NAME=VALUE" as both parts. `option` is for the message.
-std::pair<std::string, std::string> parts_of(const std::string& option, const std::string& entry) {
+/// "NAME=VALUE" as both parts. `option` and `form` are for the message.
+std::pair<std::string, std::string> parts_of(const std::string& option, const std::string& entry,
+                                             const std::string& form = "NAME=VALUE") {
   const std::size_t equals = entry.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-    throw Failure(ExitCode::kBadInput, option + " = '" + config::printable(entry) + "' must be NAME=VALUE");
+    throw Failure(ExitCode::kBadInput, option + " = '" + config::printable(entry) + "' must be " + form);
   }
   return {entry.substr(0, equals), entry.substr(equals + 1)};
 }
@@ -58,6 +44,26 @@ void add_given_text(CLI::App& app, const std::string& name, std::string& text, c
 }
 
 }  // namespace
+
+void add_robot_file_options(CLI::App& app, RobotFileOptions& options, const std::string& prefix) {
+  const auto add = [&app, &prefix](const char* name, std::map<std::string, std::string>& values, const char* form,
+                                   const char* description) {
+    const auto read = [&values, name, form](const std::vector<std::string>& entries) {
+      for (const std::string& entry : entries) values.insert(parts_of(name, entry, form));
+    };
+    app.add_option_function<std::vector<std::string>>(name, read, prefix + description)
+        ->expected(1)
+        ->take_all()
+        ->type_name(form);
+  };
+  add(kXacro, options.xacro_arguments, "NAME=VALUE", "argument of a xacro file, NAME=VALUE");
+  add(kPackage, options.packages, "NAME=DIR", "folder of a package:// name, NAME=DIR");
+}
+
+void name_file_options(planner::UrdfOptions& options) {
+  options.names.packages = std::string(kPackage) + " @=DIR";
+  options.names.xacro_arguments = std::string(kXacro) + " NAME=VALUE";
+}
 
 void add_robot_options(CLI::App& app, RobotOptions& options) {
   add_given_text(app, "--srdf", options.srdf, "the path of an SRDF",
@@ -82,20 +88,9 @@ void add_robot_options(CLI::App& app, RobotOptions& options) {
       ->expected(1)
       ->take_all()
       ->type_name("NAME=VALUE");
-  const auto add_argument = [&options](const std::vector<std::string>& entries) {
-    for (const std::string& entry : entries) options.xacro_arguments.insert(parts_of(kXacro, entry));
-  };
-  app.add_option_function<std::vector<std::string>>(kXacro, add_argument,
-                                                    "URDF only: argument of a xacro file, NAME=VALUE")
-      ->expected(1)
-      ->take_all()
-      ->type_name("NAME=VALUE");
+  add_robot_file_options(app, options.files, "URDF only: ");
   add_choice(app, "--meshes", options.meshes, {"hull", "capsule"},
              "URDF only: replace meshes by a convex hull or a capsule (hull)");
-  app.add_option("--package", options.packages, "URDF only: folder of a package:// name, NAME=DIR")
-      ->expected(1)
-      ->take_all()
-      ->type_name("NAME=DIR");
   app.add_flag(kAllowBareLinks, options.allow_bare_links, "URDF only: accept links without collision geometry");
   constexpr config::Bounds kVelocity{0.0, 1e3, "rad/s (m/s for a prismatic joint)", true};
   add_number(
@@ -103,13 +98,9 @@ void add_robot_options(CLI::App& app, RobotOptions& options) {
       "URDF only: velocity limit of joints without one [rad/s | m/s] (none: an error)", kVelocity);
 }
 
-void check_robot_options(const RobotOptions& options) {
-  static_cast<void>(packages_of(options.packages));
-}
-
 void refuse_robot_options(const CLI::App& command) {
   for (const char* name :
-       {"--srdf", "--tool", "--base", kJoint, kXacro, "--meshes", "--package", kAllowBareLinks, kDefaultVelocity}) {
+       {"--srdf", "--tool", "--base", kJoint, kXacro, "--meshes", kPackage, kAllowBareLinks, kDefaultVelocity}) {
     if (command.count(name) == 0) continue;
     throw Failure(ExitCode::kUsage, std::string(name).append(" is for a URDF; in a cell file it is a key of the arm"));
   }
@@ -139,15 +130,17 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, c
   urdf.tool_link = options.tool;
   urdf.base_link = options.base;
   urdf.held_joints = options.held_joints;
-  urdf.xacro_arguments = options.xacro_arguments;
-  urdf.packages = packages_of(options.packages);
+  urdf.xacro_arguments = options.files.xacro_arguments;
+  urdf.packages = options.files.packages;
   urdf.meshes = options.meshes == "capsule" ? planner::MeshGeometry::kCapsule : planner::MeshGeometry::kConvexHull;
   urdf.allow_bare_links = options.allow_bare_links;
   urdf.default_acceleration.reset();
   urdf.default_velocity = options.default_velocity;
-  urdf.names = {
-      "--tool LINK",    "--package @=DIR", std::string(kJoint) + " NAME=VALUE", std::string(kXacro) + " NAME=VALUE",
-      kDefaultVelocity, kAllowBareLinks};
+  name_file_options(urdf);
+  urdf.names.tool_link = "--tool LINK";
+  urdf.names.held_joints = std::string(kJoint) + " NAME=VALUE";
+  urdf.names.default_velocity = kDefaultVelocity;
+  urdf.names.allow_bare_links = kAllowBareLinks;
   if (std::filesystem::exists(word)) return planner::load_arm_model(word, urdf);
   planner::SourceFiles sources;
   return config::load_named_robot(config::read_named_robot(word, sources), urdf);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planner/model/robot_model.hpp"
+#include "planner/model/urdf_loader.hpp"
 
 namespace CLI {
 class App;
@@ -15,22 +16,30 @@ class App;
 
 namespace hecaton::services::cli {
 
+/// What the files of a robot need beside their path.
+struct RobotFileOptions {
+  std::map<std::string, std::string> packages;         ///< folders by name
+  std::map<std::string, std::string> xacro_arguments;  ///< values by name
+};
+
+/// Adds --package and --xacro. Parsing throws Failure (bad input) for an invalid value. `prefix`: of the descriptions.
+void add_robot_file_options(CLI::App& app, RobotFileOptions& options, const std::string& prefix);
+/// Names of these options, for messages.
+void name_file_options(planner::UrdfOptions& options);
+
 struct RobotOptions {
   std::string srdf;
   std::string tool;
   std::string meshes = "hull";
-  std::vector<std::string> packages;
+  RobotFileOptions files;
   std::string base;
   std::map<std::string, double> held_joints;  ///< [rad | m]
-  std::map<std::string, std::string> xacro_arguments;
   bool allow_bare_links = false;
   std::optional<double> default_velocity;  ///< [rad/s | m/s]
 };
 
 /// Adds the options. Parsing throws Failure (bad input) for an invalid value, such as an empty one.
 void add_robot_options(CLI::App& app, RobotOptions& options);
-/// Throws Failure (bad input) for a --package that is not NAME=DIR.
-void check_robot_options(const RobotOptions& options);
 /// For a cell file: throws Failure (usage) when one of the options was given.
 void refuse_robot_options(const CLI::App& command);
 

@@ -31,7 +31,7 @@ def expect_usage(program, **options):
 
 
 run(cmake, "--install", build, "--component", "client", "--prefix", prefix)
-run(cmake, "-S", project, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}")
+run(cmake, "-G", "Ninja", "-S", project, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}")
 run(cmake, "--build", folder / "build")
 for example in ("progress", "faults"):
     expect_usage(folder / "build" / example)

@@ -145,6 +145,11 @@ class Ros2Cell : public testing::Test {
     ros2_ = std::make_unique<Process>(std::vector<std::string>{programs + "hecaton-ros2", cell, "--domain", domain,
                                                                "--log-file", folder.path("ros2.log")});
     peer_ = std::make_unique<RosPeer>(ros_domain_->number());
+    // Trajectories and attached objects of an arm are refused before its first state.
+    for (const char* arm : {"north", "west", "east"}) {
+      JointStates states(*peer_, std::string("rt/cell/") + arm + "/joint_states");
+      ASSERT_TRUE(states.next([](const auto& message) { return !message.position().empty(); })) << arm;
+    }
   }
   static void TearDownTestSuite() {
     peer_.reset();

@@ -28,7 +28,7 @@ std::string status_of(const std::function<void()>& refused) {
   try {
     refused();
   } catch (const boost::system::system_error& error) {
-    return error.what();
+    return error.code().message();  // what() also has the place in the source from Boost 1.83 on
   }
   return "accepted";
 }
