@@ -14,16 +14,22 @@ SMALL = ["--tasks", "40", "--confirm", "60", "--alpha", "-2 2", "--beta", "-2.5 
 LAUNCH = [mpirun, "--allow-run-as-root", "--oversubscribe", "--bind-to", "none"]
 
 
+# Open MPI 5 loses parts of what it forwards when processes end: each writes into files of its own.
+INTO_FILES = ["sh", "-c", 'exec "$@" > "$0.out.$OMPI_COMM_WORLD_RANK" 2> "$0.err.$OMPI_COMM_WORLD_RANK"']
+
+
 def search(folder, ranks, more=(), file=cell):
     """Exit code, stderr, and what came out: stdout and both files. ranks 0: without mpirun."""
-    before = [*LAUNCH, "-n", str(ranks)] if ranks else []
+    for old in [*folder.glob("printed.*")]:
+        old.unlink()
+    before = [*LAUNCH, "-n", str(ranks), *INTO_FILES, folder / "printed"] if ranks else []
     environment = {**os.environ, "OMPI_MCA_rmaps_base_oversubscribe": "1"}
     ran = subprocess.run([*before, program, "search", file, *SMALL, "--results", folder / "found", *more],
                          capture_output=True, timeout=240, env=environment, check=False)
+    printed = b"".join(f.read_bytes() for f in sorted(folder.glob("printed.out.*"))) if ranks else ran.stdout
+    says = b"".join(f.read_bytes() for f in sorted(folder.glob("printed.err.*"))) if ranks else ran.stderr
     files = [folder / f"found.{ending}" for ending in ("csv", "yaml")]
-    # The terminal that mpirun gives a process ends lines its own way.
-    return ran.returncode, ran.stderr.decode(), [ran.stdout.replace(b"\r\n", b"\n"),
-                                                 *[f.read_bytes() if f.exists() else b"" for f in files]]
+    return ran.returncode, says.decode(), [printed, *[f.read_bytes() if f.exists() else b"" for f in files]]
 
 
 def require(holds, what):
