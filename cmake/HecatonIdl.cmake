@@ -21,7 +21,7 @@ function(hecaton_idl_library library)
     list(APPEND options -typeros2)
   endif()
   if(HECATON_FAST_DDS EQUAL 3)
-    # Final: a payload that ends between two members is malformed, as with Fast DDS 2; by default the rest would be zeros.
+    # Final, as all types of Fast DDS 2 are on the wire; the default is appendable.
     list(APPEND options -flat-output-dir -no-dependencies -no-typeobjectsupport -default_extensibility final)
   endif()
   foreach(name ${ARG_UNPARSED_ARGUMENTS})
