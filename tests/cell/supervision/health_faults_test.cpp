@@ -124,6 +124,12 @@ TEST(HealthFaults, OtherArmPlansAroundAnArmWhoseDriverDied) {
   HealthCell cell({"--no-restart"}, "lost_arm_cell.yaml");
   const int pid = pid_of(cell.await_healthy(), "driver-right");
   ASSERT_GT(pid, 0);
+  // Where an arm is lost is known only from a state that the supervisor has received.
+  static_cast<void>(cell.await("the supervisor knows where right is", [](const msg::CellStatus& seen) {
+    return std::any_of(seen.arms().begin(), seen.arms().end(), [](const msg::ArmStatus& arm) {
+      return arm.arm() == "right" && arm.state().q().size() == 6U;
+    });
+  }));
   cell.send_goal("right", "under way", "turned");
   cell.await_goal("under way",
                   [](const msg::GoalStatus& reported) { return reported.state() == msg::GoalState::GOAL_ACTIVE; });
