@@ -88,7 +88,7 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   losses_.arrived(node, heartbeat.pid, heartbeat.number);
   const std::int64_t pid = heartbeat.pid;
   // A report of an end that heartbeats contradict for a second is wrong, or forged.
-  const bool lives = record.died && record.died->pid == pid && heartbeat.at - record.died_at > kFalseEnd;
+  const bool lives = record.died && record.died->pid == pid && clock_.at(heartbeat.at) - record.died_at > kFalseEnd;
   const bool ended = (record.died && record.died->pid == pid) || (record.stopped && record.pid == pid);
   const bool late = ended && !lives;
   if (late) return;  // sent before the process ended

@@ -219,6 +219,15 @@ TEST_F(FaultDetectorTest, IgnoresALateHeartbeatOfADeadProcess) {
   EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
 }
 
+// Other arms go round a lost arm, as soon as the driver is known to have ended.
+TEST_F(FaultDetectorTest, CountsADriverAsEndedInSpiteOfItsLateHeartbeat) {
+  kill("driver/arm1", 9);
+  detector.heard("driver/arm1", {pids["driver/arm1"], now});
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kEnded);
+  run_for(5s);
+  EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kEnded);
+}
+
 TEST_F(FaultDetectorTest, IgnoresALateExitOfAPredecessor) {
   detector.process_exited("planner/arm1", {99, -1, 9, false});
   run_for(100ms);

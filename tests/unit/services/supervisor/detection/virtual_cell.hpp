@@ -54,11 +54,12 @@ inline DetectionLimits patient_limits() {
 class VirtualCell {
  public:
   using Link = std::pair<std::string, std::string>;  ///< from a host to another
+  static constexpr Time kBegin = 1h;                 ///< the clock of a machine does not begin with the supervisor
 
   /// `host`: of the supervisor.
   explicit VirtualCell(std::vector<ExpectedNode> nodes = cell_nodes(), const DetectionLimits& limits = cell_limits(),
                        const std::string& host = {})
-      : own(host), detector(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, 0ms, host) {
+      : own(host), detector(std::move(nodes), {"arm1", "arm2", "arm3"}, limits, kBegin, host) {
     std::int64_t pid = 100;
     for (const ExpectedNode& node : detector.nodes()) pids[node.name] = ++pid;
   }
@@ -122,7 +123,7 @@ class VirtualCell {
   std::set<std::string> mute;  ///< nodes that send heartbeats, but no states
   std::set<Link> cut;
   std::map<std::string, KeyExpiry> keys;  ///< by node
-  Time now{0};
+  Time now = kBegin;
   int turns = 0;
 
  private:
