@@ -404,7 +404,7 @@ class GuardedSupport : public Base {
   /// The rules of a topic refuse such a payload themselves.
   bool is_whole(const rtps::SerializedPayload_t& payload, const T& sample) {
     constexpr unsigned char kPlainCdr = 1;  // or 0, the big-endian one; XCDR2 has other sizes
-    return payload.data[1] > kPlainCdr || size_of(sample) <= payload.length;
+    return payload.data[1] > kPlainCdr || bytes_of(sample).size() <= payload.length;
   }
 #endif
 
