@@ -2,7 +2,7 @@
 include(GNUInstallDirs)
 
 install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton-world hecaton-supervisor hecaton-view
-                hecaton-ros2
+                hecaton-recorder hecaton-ros2
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY examples/client DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhecaton-dev/examples COMPONENT client)
 install(DIRECTORY deploy/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)

@@ -15,6 +15,7 @@ constexpr const char* kWorld = "hecaton-world";
 constexpr const char* kRos2 = "hecaton-ros2";
 constexpr const char* kPlanner = "hecaton-planner";
 constexpr const char* kView = "hecaton-view";
+constexpr const char* kRecorder = "hecaton-recorder";
 
 /// "planner/arm1" → "planner-arm1"
 std::string process_name(std::string node) {
@@ -59,6 +60,9 @@ std::vector<PlannedService> plan_services(const config::CellFile& file, const st
     }
   }
   if (file.view) services.push_back({view_node(), view_node(), file.view->host, kView, {file.path}});
+  if (file.record) {
+    services.push_back({recorder_node(), recorder_node(), file.record->host, kRecorder, {file.path}});
+  }
   if (file.ros2) services.push_back({"ros2", ros2_node(), file.ros2->host, kRos2, {file.path}});
   const auto hosts = planned_hosts(file, host);
   std::erase_if(services, [&](const PlannedService& service) {

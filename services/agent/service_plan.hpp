@@ -16,9 +16,9 @@ struct PlannedService {
   std::vector<std::string> arguments;  ///< without the program's own name
 };
 
-/// In the order of their start: world, supervisors, then the driver and the planners of each arm, the view and the ROS
-/// 2 service. `host`: of the cell file; empty: all hosts. Throws std::runtime_error with a sentence when the cell has
-/// no such host.
+/// In the order of their start: world, supervisors, then the driver and the planners of each arm, the view, the
+/// recorder and the ROS 2 service. `host`: of the cell file; empty: all hosts. Throws std::runtime_error with a
+/// sentence when the cell has no such host.
 [[nodiscard]] std::vector<PlannedService> plan_services(const config::CellFile& file, const std::string& host);
 
 /// Throws std::runtime_error with a sentence that names the cell's hosts when `host` (of --host) is none of them.

@@ -1,6 +1,5 @@
 /// hecaton record: records all topics of a running cell.
 
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -16,6 +15,9 @@
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
 #include "services/recorder/recorder.hpp"
+#include "services/runtime/join.hpp"
+#include "services/runtime/node_name.hpp"
+#include "services/runtime/periodic_loop.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -32,17 +34,11 @@ struct Options {
 };
 
 /// The bytes of "500MB". Throws Failure.
-std::uint64_t parse_size(const std::string& text) {
-  constexpr std::array<std::pair<std::string_view, double>, 3> kUnits{{{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}}};
-  for (const auto& [unit, factor] : kUnits) {
-    if (!std::string_view(text).ends_with(unit)) continue;
-    const auto number = config::parse_number(std::string_view(text).substr(0, text.size() - unit.size()));
-    if (number && *number * factor >= 1e5 && *number * factor <= 1e15) {
-      return static_cast<std::uint64_t>(*number * factor);
-    }
-  }
-  throw Failure(ExitCode::kBadInput, "--split-size '" + config::printable(text) +
-                                         "' must be a number with its unit (kB, MB, GB) from 100kB to 1000000GB");
+std::uint64_t split_bytes(const std::string& text) {
+  const auto bytes = config::parse_size(text);
+  if (bytes && *bytes >= 1e5 && *bytes <= 1e15) return static_cast<std::uint64_t>(*bytes);
+  throw Failure(ExitCode::kBadInput, "--split-size '" + config::printable(text) + "' must be a number with its unit (" +
+                                         std::string(config::kSizeUnits) + ") from 100kB to 1000000GB");
 }
 
 std::chrono::nanoseconds seconds(double value) {
@@ -58,7 +54,7 @@ recorder::RecordingOptions recording_of(const Options& options) {
   }
   recorder::RecordingOptions recording;
   recording.path = *options.file;
-  if (options.split_size) recording.split_bytes = parse_size(*options.split_size);
+  if (options.split_size) recording.split_bytes = split_bytes(*options.split_size);
   recording.split_time = seconds(options.split_time);
   recording.keep = seconds(options.keep);
   return recording;
@@ -109,11 +105,18 @@ ExitCode run(const Settings& settings, const Options& options) {
   service.domain = settings.domain;
   const int domain = choose_domain(service, file.network.domain);
   const ShutdownSignal shutdown(ShutdownSignal::Second::kEndsProcess);
-  recorder::Recorder recorder(file, service, recording, shutdown);
+  bus::Mailbox mailbox;
+  bus::Participant participant = make_participant(file, service, Role::kViewer, recorder_node(), &mailbox);
+  PeriodicLoop loop(recorder::Recorder::kPeriod, shutdown);
+  recorder::Recorder recorder(file, participant, mailbox, recording);
   std::fprintf(stderr, "recording cell %s, domain %d, into %s; Ctrl-C ends it\n", file.cell.name.c_str(), domain,
                recorder.recording().files().back().c_str());
   try {
-    recorder.run(seconds(options.duration));
+    while (loop.next()) {
+      recorder.take();
+      if (options.duration > 0.0 && recorder.duration() >= seconds(options.duration)) break;
+    }
+    recorder.close();
   } catch (const recorder::RecordingError& error) {
     throw Failure(ExitCode::kNegative, error.what());
   }

@@ -252,6 +252,7 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   file.world_host = read_world_host(root, file.hosts);
   file.supervision = read_supervision(root, file.hosts);
   file.view = read_view(root, file.hosts);
+  file.record = read_record(root, file.hosts);
   file.ros2 = read_ros2(root, file.hosts);
   if (!file.keystore.empty() && file.ros2 && file.ros2->control) {
     root.at("ros2")

@@ -84,6 +84,16 @@ struct View {
   std::optional<int> port;           ///< 1 to 65535; empty: view_port()
 };
 
+/// `record`: the service hecaton-recorder. It keeps the last minutes of the cell, and what was before and after a
+/// fault.
+struct Record {
+  std::string host;    ///< of the service; its agent starts it
+  std::string folder;  ///< of its files, on that host
+  std::chrono::nanoseconds keep = std::chrono::minutes(10);
+  std::chrono::nanoseconds after_fault = std::chrono::minutes(1);  ///< is saved, too
+  std::uint64_t limit = 5'000'000'000;                             ///< of all its files together [byte]
+};
+
 /// The port of the page of a cell in this DDS domain, unless the cell file has another one. Cells of one machine run in
 /// different domains, and so their pages have different ports.
 [[nodiscard]] constexpr int view_port(int domain) {
@@ -130,6 +140,7 @@ struct CellFile {
   std::string world_host;              ///< of the world service
   Supervision supervision;             ///< of the cell
   std::optional<View> view;            ///< empty: no agent starts it
+  std::optional<Record> record;        ///< empty: no agent starts it
   std::optional<Ros2> ros2;            ///< empty: the cell has no such service
   planner::SourceFiles sources;        ///< the files that it was read from
   std::vector<std::string> notes;      ///< what the reader assumed or left out, a sentence each, for `hecaton check`

@@ -261,6 +261,32 @@ std::optional<View> read_view(const MapView& root, const std::vector<Host>& host
   return view;
 }
 
+std::optional<Record> read_record(const MapView& root, const std::vector<Host>& hosts) {
+  const auto section = root.find("record");
+  if (!section) return std::nullopt;
+  const MapView map = section->map(section::kRecord);
+  Record record;
+  const YamlView folder = map.at("folder");
+  record.folder = beside(folder.file(), folder.text());
+  record.host = read_host(map, "host", hosts);
+  const auto read = [&](const char* key, const Bounds& bounds, std::chrono::nanoseconds& out) {
+    double seconds = std::chrono::duration<double>(out).count();
+    read_seconds(map, key, bounds, seconds);
+    out = std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+  };
+  constexpr double kMonth = 2.6e6;  // [s]
+  read("keep", {10.0, kMonth, "s"}, record.keep);
+  read("after_fault", {0.0, kMonth, "s"}, record.after_fault);
+  if (const auto limit = map.find("limit")) {
+    const auto bytes = parse_size(limit->text());
+    if (!bytes || !(*bytes >= 1e7 && *bytes <= 1e15)) {
+      limit->fail("a number with its unit (" + std::string(kSizeUnits) + ") from 10MB to 1000000GB, such as 5GB");
+    }
+    record.limit = static_cast<std::uint64_t>(*bytes);
+  }
+  return record;
+}
+
 std::optional<Ros2> read_ros2(const MapView& root, const std::vector<Host>& hosts) {
   const auto view = root.find("ros2");
   if (!view) return std::nullopt;

@@ -26,6 +26,7 @@ namespace hecaton::config {
 
 /// `view`; empty without the section.
 [[nodiscard]] std::optional<View> read_view(const MapView& root, const std::vector<Host>& hosts);
+[[nodiscard]] std::optional<Record> read_record(const MapView& root, const std::vector<Host>& hosts);
 /// `ros2`; empty without the section.
 [[nodiscard]] std::optional<Ros2> read_ros2(const MapView& root, const std::vector<Host>& hosts);
 

@@ -26,8 +26,8 @@ struct Section {
 
 namespace section {
 inline const Section kRoot{"cell file",
-                           {"name", "network", "security", "hosts", "world", "geometry", "supervision", "view", "ros2",
-                            "timing", "tasks", "defaults", "arms", "obstacles"}};
+                           {"name", "network", "security", "hosts", "world", "geometry", "supervision", "view",
+                            "record", "ros2", "timing", "tasks", "defaults", "arms", "obstacles"}};
 inline const Section kNetwork{"network", {"domain", "transport", "interface", "discovery", "peers"}};
 inline const Section kSecurity{"security", {"keystore"}};
 inline const Section kHosts{"hosts", {}, true};
@@ -41,6 +41,7 @@ inline const Section kRecovery{
      "contact", "device_not_ready", "remote_control_off", "program_stopped", "safeguard_stop", "protective_stop",
      "emergency_stop", "arm_failed"}};
 inline const Section kView{"view", {"host", "listen", "port"}};
+inline const Section kRecord{"record", {"folder", "host", "keep", "after_fault", "limit"}};
 inline const Section kTiming{"timing",
                              {"control_period", "driver_period", "world_period", "command_timeout", "real_time"}};
 inline const Section kTasks{"tasks",

@@ -200,14 +200,32 @@ constexpr std::array<Unit, 6> kUnits = {
 
 }  // namespace
 
+namespace {
+
+/// The number before a unit; spaces may stand between.
+std::optional<double> number_before(std::string_view text, std::string_view unit) {
+  std::string_view number = text.substr(0, text.size() - unit.size());
+  while (!number.empty() && number.back() == ' ') number.remove_suffix(1);
+  return parse_number(number);
+}
+
+}  // namespace
+
 std::optional<double> parse_duration(std::string_view text) {
   for (const Unit& unit : kUnits) {
     if (!text.ends_with(unit.name)) continue;
-    std::string_view number = text.substr(0, text.size() - unit.name.size());
-    while (!number.empty() && number.back() == ' ') number.remove_suffix(1);
-    const auto value = parse_number(number);
-    if (!value) return std::nullopt;
-    return *value / unit.per_second;
+    const auto value = number_before(text, unit.name);
+    return value ? std::optional(*value / unit.per_second) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> parse_size(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, double>, 3> kSizes{{{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}}};
+  for (const auto& [unit, bytes] : kSizes) {
+    if (!text.ends_with(unit)) continue;
+    const auto value = number_before(text, unit);
+    return value ? std::optional(*value * bytes) : std::nullopt;
   }
   return std::nullopt;
 }

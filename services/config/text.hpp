@@ -71,4 +71,11 @@ inline constexpr std::string_view kDurationUnits = "ns, us, ms, s or min";
 /// or unit is missing or unknown.
 [[nodiscard]] std::optional<double> parse_duration(std::string_view text);
 
+/// The units of sizes.
+inline constexpr std::string_view kSizeUnits = "kB, MB or GB";
+
+/// The bytes of a size such as "500MB" or "2 GB"; negative or not finite when its number is. Empty when number or unit
+/// is missing or unknown.
+[[nodiscard]] std::optional<double> parse_size(std::string_view text);
+
 }  // namespace hecaton::config

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "services/bus/wire_rules.hpp"
-#include "services/runtime/join.hpp"
 #include "services/runtime/temporary_folder.hpp"
 
 namespace hecaton::services::recorder {
@@ -17,7 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPeriod = 20ms;
 constexpr auto kReportPeriod = 1s;
 constexpr std::size_t kMostNodes = 65536;
 constexpr std::uintmax_t kLargestAttachment = std::uintmax_t{16} << 20U;
@@ -56,32 +54,31 @@ std::vector<AttachedFile> attachments_of(const config::CellFile& file) {
   return attached;
 }
 
-Recorder::Recorder(const config::CellFile& file, const ServiceOptions& options, const RecordingOptions& recording,
-                   const ShutdownSignal& shutdown)
+Recorder::Recorder(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox,
+                   const RecordingOptions& recording)
     : file_(file),
       clock_offset_(std::chrono::system_clock::now().time_since_epoch() - bus::Clock::now().time_since_epoch()),
-      participant_(make_participant(file, options, Role::kViewer, "recorder", &mailbox_)),
-      loop_(kPeriod, shutdown),
+      mailbox_(mailbox),
       recording_(recording, attachments_of(file), unix_time(began_)),
-      readers_(participant_, mailbox_, kMostWaiting) {}
+      readers_(participant, mailbox, kMostWaiting) {}
 
 std::uint64_t Recorder::unix_time(bus::Clock::time_point time) const {
   return static_cast<std::uint64_t>((time.time_since_epoch() + clock_offset_).count());
 }
 
-void Recorder::run(std::chrono::nanoseconds duration) {
-  while (loop_.next()) {
-    take();
-    recording_.keep_up(unix_time(loop_.now()));
-    if (duration.count() > 0 && loop_.now() - began_ >= duration) break;
-  }
-  take();
+void Recorder::take() {
+  receive();
+  recording_.keep_up(unix_time(bus::Clock::now()));
+}
+
+void Recorder::close() {
+  receive();
   report_at_ = {};
   report();
   recording_.close();
 }
 
-void Recorder::take() {
+void Recorder::receive() {
   std::vector<bus::RawSample> samples = readers_.take();
   // Discovery has found the writer of a sample before the sample came.
   for (const bus::Event& event : mailbox_.take_events()) {

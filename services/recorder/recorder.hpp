@@ -13,9 +13,6 @@
 #include "services/config/cell_file.hpp"
 #include "services/recorder/losses.hpp"
 #include "services/recorder/recording.hpp"
-#include "services/runtime/options.hpp"
-#include "services/runtime/periodic_loop.hpp"
-#include "services/runtime/shutdown.hpp"
 
 namespace hecaton::services::recorder {
 
@@ -25,19 +22,26 @@ class Recorder {
   /// Samples that wait for the disk. More are dropped and counted [byte].
   static constexpr std::size_t kMostWaiting = std::size_t{64} << 20U;
 
-  /// Joins the cell and creates the file. `file` and `shutdown` must outlive it. Throws std::runtime_error with a
-  /// sentence; RecordingError when the file cannot be created.
-  Recorder(const config::CellFile& file, const ServiceOptions& options, const RecordingOptions& recording,
-           const ShutdownSignal& shutdown);
+  /// Period in which take() is to be called.
+  static constexpr std::chrono::milliseconds kPeriod{20};
 
-  /// Records until `shutdown` was requested or `duration` has passed (0: no end), and closes the file. Throws
-  /// RecordingError when the file cannot be written.
-  void run(std::chrono::nanoseconds duration);
+  /// Creates the file. `file`, `participant` and `mailbox`, the participant's own, must outlive it. Throws
+  /// RecordingError when the file cannot be created.
+  Recorder(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox,
+           const RecordingOptions& recording);
+
+  /// Records what has arrived. Throws RecordingError when the file cannot be written; then only the destructor may
+  /// follow.
+  void take();
+  /// Records what has arrived, and closes the file. Throws RecordingError.
+  void close();
+  /// Recording::save(), until `duration` from now.
+  void save(std::chrono::nanoseconds duration) { recording_.save(unix_time(bus::Clock::now() + duration)); }
 
   [[nodiscard]] const Recording& recording() const { return recording_; }
-  /// Removes the files of the recording; after run().
+  /// Removes the files of the recording; after close().
   void remove_files() { recording_.remove_files(); }
-  [[nodiscard]] std::chrono::nanoseconds duration() const { return loop_.now() - began_; }
+  [[nodiscard]] std::chrono::nanoseconds duration() const { return bus::Clock::now() - began_; }
   /// As in the last report: one for each topic of bus::kTopics.
   [[nodiscard]] const std::vector<TopicLosses>& losses() const { return reported_; }
 
@@ -45,16 +49,14 @@ class Recorder {
   /// First 12 bytes of the identity of each endpoint.
   using ParticipantId = std::array<std::uint8_t, 12>;
 
-  void take();
+  void receive();
   void report();
   [[nodiscard]] std::uint64_t unix_time(bus::Clock::time_point time) const;
 
   const config::CellFile& file_;
   bus::Clock::time_point began_ = bus::Clock::now();
   std::chrono::nanoseconds clock_offset_;  ///< of the wall clock when the recording began
-  bus::Mailbox mailbox_;
-  bus::Participant participant_;
-  PeriodicLoop loop_;
+  bus::Mailbox& mailbox_;
   Recording recording_;
   bus::RawReaders readers_;
   LossCounter losses_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <regex>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -53,6 +55,11 @@ Recording::Recording(RecordingOptions options, std::vector<AttachedFile> attachm
     : options_(std::move(options)), attachments_(std::move(attachments)) {
   if (options_.keep.count() > 0 && options_.split_time.count() == 0) {
     options_.split_time = std::clamp<std::chrono::nanoseconds>(options_.keep / 10, 1s, 60s);
+  }
+  for (const std::string& path : options_.former) {
+    std::error_code error;
+    const std::uint64_t bytes = std::filesystem::file_size(path, error);
+    if (!error) segments_.push_back({path, identity_of(path), 0, bytes, true});
   }
   begin_file(now);
 }
@@ -153,35 +160,51 @@ void Recording::keep_up(std::uint64_t now) {
   const bool old = options_.split_time.count() > 0 && now - began_ >= nanoseconds_of(options_.split_time);
   if (large || old) {
     end_file();
-    segments_.push_back({file_->path(), file_->identity(), now});
+    segments_.push_back({file_->path(), file_->identity(), now, file_->size(), began_ <= saved_until_});
     begin_file(now);
   }
   if (options_.keep.count() > 0) remove_old(now);
+  if (options_.most_bytes > 0) remove_largest_excess();
+}
+
+void Recording::save(std::uint64_t until) {
+  for (Segment& segment : segments_) segment.saved = true;
+  saved_until_ = std::max(saved_until_, until);
 }
 
 void Recording::remove_old(std::uint64_t now) {
-  while (!segments_.empty() && now - segments_.front().ended > nanoseconds_of(options_.keep)) remove_oldest();
+  std::erase_if(segments_, [&](const Segment& segment) {
+    if (segment.saved || now - segment.ended <= nanoseconds_of(options_.keep)) return false;
+    remove(segment);
+    return true;
+  });
 }
 
-void Recording::remove_oldest() {
-  const Segment& oldest = segments_.front();
-  // Another file may have its name by now.
-  if (identity_of(oldest.path) == oldest.identity) {
-    std::error_code error;
-    std::filesystem::remove(oldest.path, error);
-    if (error) throw RecordingError(oldest.path + " cannot be removed: " + error.message() + "; allow its removal");
+void Recording::remove_largest_excess() {
+  std::uint64_t bytes = file_->size();
+  for (const Segment& segment : segments_) bytes += segment.bytes;
+  for (; bytes > options_.most_bytes && !segments_.empty(); segments_.pop_front()) {
+    bytes -= segments_.front().bytes;
+    remove(segments_.front());
   }
-  segments_.pop_front();
+}
+
+void Recording::remove(const Segment& segment) {
+  // Another file may have its name by now.
+  if (identity_of(segment.path) != segment.identity) return;
+  std::error_code error;
+  std::filesystem::remove(segment.path, error);
+  if (error) throw RecordingError(segment.path + " cannot be removed: " + error.message() + "; allow its removal");
 }
 
 void Recording::remove_files() {
-  while (!segments_.empty()) remove_oldest();
+  for (; !segments_.empty(); segments_.pop_front()) remove(segments_.front());
 }
 
 void Recording::close() {
   if (!file_) return;
   end_file();
-  segments_.push_back({file_->path(), file_->identity(), began_});
+  segments_.push_back({file_->path(), file_->identity(), began_, file_->size(), true});
   file_.reset();
 }
 
@@ -189,6 +212,40 @@ std::vector<std::string> Recording::files() const {
   std::vector<std::string> paths;
   for (const Segment& segment : segments_) paths.push_back(segment.path);
   if (file_) paths.push_back(file_->path());
+  return paths;
+}
+
+namespace {
+
+/// Begins as the files that McapWriter makes: magic bytes, then a header with no profile and our name.
+bool is_own(const std::filesystem::path& path) {
+  const std::string_view magic("\x89MCAP0\r\n", 8);
+  constexpr std::size_t kHeader = 8 + 1 + 8 + 4;  // magic, opcode, length, empty profile
+  const std::string library = std::string("\x07\0\0\0", 4) + kLibrary;
+  std::string begin(kHeader + library.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return file && begin.starts_with(magic) && begin.ends_with(library);
+}
+
+}  // namespace
+
+std::vector<std::string> former_files(const std::string& row, const std::string& cell) {
+  const std::regex form("-([0-9]{8}T[0-9]{6}Z)-([0-9]{4,9})\\.mcap");
+  std::map<std::pair<std::string, int>, std::string> files;  // by row and number
+  std::error_code error;
+  std::filesystem::directory_iterator entries(std::filesystem::path(row).parent_path(), error);
+  if (error) return {};
+  for (const auto& entry : entries) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    const std::string rest = name.starts_with(cell) ? name.substr(cell.size()) : std::string();
+    if (!std::regex_match(rest, parts, form)) continue;
+    if (entry.symlink_status(error).type() != std::filesystem::file_type::regular || !is_own(entry.path())) continue;
+    files[{parts[1], std::stoi(parts[2])}] = entry.path().string();
+  }
+  std::vector<std::string> paths;
+  for (const auto& [key, path] : files) paths.push_back(path);
   return paths;
 }
 

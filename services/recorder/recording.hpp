@@ -24,6 +24,10 @@ struct RecordingOptions {
   std::chrono::nanoseconds split_time{};  ///< begin another file after this time; 0: never
   /// Remove files of the row that ended longer ago; 0: none. Without `split_time` a file then has a tenth of it.
   std::chrono::nanoseconds keep{};
+  /// Remove the oldest files when all of the row are larger together, saved ones too [byte]; 0: no limit.
+  std::uint64_t most_bytes = 0;
+  /// Files of former rows, the oldest first. They count as saved.
+  std::vector<std::string> former = {};
 
   [[nodiscard]] bool is_row() const { return split_bytes > 0 || split_time.count() > 0 || keep.count() > 0; }
 };
@@ -60,6 +64,8 @@ class Recording {
   /// Puts onto the disk what is older than kFlush, begins another file and removes old ones, as the options say. Call
   /// it several times a second.
   void keep_up(std::uint64_t now);
+  /// Saves the files that are there now, and those that begin before `until` [ns]: `keep` does not remove them.
+  void save(std::uint64_t until);
   void close();
 
   [[nodiscard]] std::uint64_t messages() const { return messages_; }  ///< of topics, in all files
@@ -76,12 +82,15 @@ class Recording {
     std::string path;
     FileIdentity identity;
     std::uint64_t ended = 0;  ///< [ns]
+    std::uint64_t bytes = 0;
+    bool saved = false;
   };
 
   void begin_file(std::uint64_t now);
   void end_file();
   void remove_old(std::uint64_t now);
-  void remove_oldest();
+  void remove_largest_excess();
+  void remove(const Segment& segment);
   void write_to_file(const RecordedSample& recorded, bool repeated);
   [[nodiscard]] std::uint16_t channel_of(const RecordedSample& recorded, bool repeated);
   void write_json(std::string_view topic, const std::string& json, std::uint64_t now);
@@ -91,6 +100,7 @@ class Recording {
   std::unique_ptr<McapWriter> file_;              ///< null after close()
   std::uint64_t began_ = 0;                       ///< the open file [ns]
   std::uint64_t flushed_ = 0;                     ///< [ns]
+  std::uint64_t saved_until_ = 0;                 ///< [ns]
   int number_ = 0;                                ///< of the open file
   std::deque<Segment> segments_;                  ///< those before the open file
   std::map<std::size_t, std::uint16_t> schemas_;  ///< of the open file, by topic
@@ -102,5 +112,9 @@ class Recording {
   std::uint64_t messages_ = 0;
   std::uint64_t closed_bytes_ = 0;
 };
+
+/// The files that former recordings of this cell have left in the folder of `row`, a path such as
+/// "folder/cell-20261128T065430Z.mcap"; the oldest first. They bear such names, and Hecaton wrote them.
+[[nodiscard]] std::vector<std::string> former_files(const std::string& row, const std::string& cell);
 
 }  // namespace hecaton::services::recorder

@@ -31,5 +31,8 @@ namespace hecaton::services {
 [[nodiscard]] inline std::string view_node() {
   return "view";
 }
+[[nodiscard]] inline std::string recorder_node() {
+  return "recorder";
+}
 
 }  // namespace hecaton::services

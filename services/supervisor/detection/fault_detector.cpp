@@ -82,7 +82,7 @@ void FaultDetector::advance(Time now) {
 
 void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   const ExpectedNode* known = expected(node);
-  if (!known) return;
+  if (!known) return helper_heard(node, heartbeat.failure);
   NodeRecord& record = records_.find(node)->second;
   hosts_.heard(*hosts_.index(known->host), clock_.at(heartbeat.at), known->role == msg::NodeKind::NODE_AGENT);
   losses_.arrived(node, heartbeat.pid, heartbeat.number);
@@ -101,6 +101,22 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   record.failure = heartbeat.failure;
   record.keys = heartbeat.keys;
   liveness_.heard(node, heartbeat.at);
+}
+
+void FaultDetector::helper_heard(std::string_view node, const std::optional<msg::Cause>& failure) {
+  const std::string key = fault_key(msg::CauseKind::CAUSE_NODE_FAILED, std::string(node));
+  const bool known = failed_helpers_.contains(node);
+  if (!failure) {
+    if (!known) return;
+    failed_helpers_.erase(std::string(node));
+    return faults_.clear(key, clock_.now());
+  }
+  if (!known && failed_helpers_.size() >= kMostHelpers) return;
+  failed_helpers_.emplace(node);
+  faults_.raise(key,
+                {msg::CauseKind::CAUSE_NODE_FAILED, msg::Severity::SEVERITY_WARNING, std::string(node),
+                 std::string(node) + ": " + failure->text(), limits_.heartbeat_period},
+                clock_.now());
 }
 
 void FaultDetector::stream_heard(std::string_view node, Time at, std::uint64_t number) {
@@ -147,7 +163,7 @@ void FaultDetector::process_started(std::string_view node, std::int64_t pid) {
 
 void FaultDetector::process_exited(std::string_view node, const ProcessExit& exit, bool news) {
   const auto found = records_.find(node);
-  if (found == records_.end()) return;
+  if (found == records_.end()) return helper_heard(node, std::nullopt);
   NodeRecord& record = found->second;
   const bool replaced = record.pid != 0 && record.pid != exit.pid && !record.died;
   if (replaced && liveness_.presence(node) == Presence::kAlive) {

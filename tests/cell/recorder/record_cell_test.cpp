@@ -216,6 +216,54 @@ TEST_F(RecordedCell, GoesOnWhenTheDiskOfTheRecorderIsFull) {
   EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
 }
 
+/// A cell whose agent starts a recorder. Where its folder is to be, a file stands at first.
+class CellWithRecorder : public LiveCell {
+ protected:
+  CellWithRecorder() {
+    std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder_.path("urdf"));
+    std::ifstream file(kThreePuma);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    folder_.write("cell.yaml", text + "\nrecord: {folder: recordings, keep: 10s, after_fault: 2s}\n");
+    folder_.write("recordings", "in the way");
+  }
+  [[nodiscard]] std::string cell_file() const override { return folder_.path("cell.yaml"); }
+
+  /// Asks for the faults until one of the recorder is there, or none is.
+  [[nodiscard]] bool await_fault(bool there) const {
+    for (const auto until = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < until;) {
+      const Json faults = json({"faults"});
+      const bool open = std::any_of(faults.begin(), faults.end(), [](const Json& fault) {
+        return fault.at("subject") == "recorder" && fault.at("kind") == "node_failed" && !fault.at("cleared");
+      });
+      if (open == there) return true;
+    }
+    return false;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
+  EXPECT_TRUE(await_fault(true));
+  EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0) << "the fault holds no arm";
+  std::filesystem::remove(folder_.path("recordings"));
+  EXPECT_TRUE(await_fault(false));
+
+  ASSERT_EQ(kill(processes().at("driver/west"), SIGKILL), 0);
+  EXPECT_EQ(run({"goal", "west", "--named", "ready", "--wait", "--timeout", "100s"}).code, 0);
+  up_->signal(SIGINT);
+  EXPECT_EQ(up_->wait(), 0) << up_->err();
+  up_.reset();
+
+  std::uint64_t faults = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path("recordings"))) {
+    const BagInfo info = bag_info(entry.path());
+    EXPECT_TRUE(info.file.whole()) << entry.path();
+    const auto found = info.topics.find("hecaton/Fault");
+    if (found != info.topics.end()) faults += found->second.messages;
+  }
+  EXPECT_GT(faults, 0U);
+}
+
 TEST(Record, SaysWhatItNeeds) {
   const TemporaryFolder folder;
   const std::string file = folder.path("a.mcap");

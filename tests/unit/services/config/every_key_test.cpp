@@ -502,6 +502,29 @@ TEST(ChainTest, NamesTheToolLinkAlone) {
                ConfigError);
 }
 
+TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
+  const std::string text = "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n";
+  EXPECT_FALSE(parse_cell_file(text, kKeyFile).record);
+  const auto plain = parse_cell_file(text + "record: {folder: bags}\n", kKeyFile).record;
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->folder, std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/bags");
+  EXPECT_EQ(plain->host, "localhost");
+  EXPECT_EQ(plain->keep, std::chrono::minutes(10));
+  EXPECT_EQ(plain->limit, 5'000'000'000U);
+  const auto all =
+      parse_cell_file(text + "record: {folder: /var/bags, keep: 1min, after_fault: 0s, limit: 1.5 GB}\n", kKeyFile)
+          .record;
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->folder, "/var/bags");
+  EXPECT_EQ(all->keep, std::chrono::minutes(1));
+  EXPECT_EQ(all->after_fault, std::chrono::seconds(0));
+  EXPECT_EQ(all->limit, 1'500'000'000U);
+  for (const char* bad : {"{}", "{folder: bags, keep: 5s}", "{folder: bags, limit: 5}", "{folder: bags, limit: 1kB}",
+                          "{folder: bags, limit: nanGB}", "{folder: bags, host: elsewhere}"}) {
+    EXPECT_THROW(static_cast<void>(parse_cell_file(text + "record: " + bad + "\n", kKeyFile)), ConfigError) << bad;
+  }
+}
+
 TEST(KeystoreTest, IsBesideTheCellFileAndExcludesOrdersOfRos2) {
   const std::string text = "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n";
   const std::string keys = "security: {keystore: keys}\n";

@@ -248,5 +248,62 @@ TEST(LossCounter, CountsTheGapsOfEachWriter) {
   EXPECT_EQ(losses[topic_index("GoalStatus")].missing, 0U);
 }
 
+TEST(Recording, SavesWhatWasBeforeAndAfterAnEvent) {
+  const TemporaryFolder folder;
+  Recording recording({.path = folder.path("run.mcap"), .keep = 60s}, {}, kBegan);  // files of 6 s
+  for (std::uint64_t i = 0; i <= 400; ++i) {
+    recording.write(sample("ArmState", i * kSecond, i + 1));
+    recording.keep_up(kBegan + i * kSecond);
+    if (i == 150) recording.save(kBegan + 180 * kSecond);
+  }
+  recording.close();
+  std::vector<bool> recorded(401);
+  for (const std::string& file : recording.files()) {
+    const BagInfo info = bag_info(file);
+    for (std::uint64_t i = (info.first - kBegan) / kSecond; i <= (info.last - kBegan) / kSecond; ++i)
+      recorded[i] = true;
+  }
+  for (std::size_t i = 0; i <= 400; ++i) {
+    if (i < 80 || (i > 190 && i < 330)) EXPECT_FALSE(recorded[i]) << i;
+    if ((i >= 90 && i <= 180) || i >= 340) EXPECT_TRUE(recorded[i]) << i;
+  }
+}
+
+TEST(Recording, RemovesItsOldestFilesAboveALimit) {
+  const TemporaryFolder folder;
+  const std::string row = folder.path("cell-20261128T120000Z.mcap");
+  const std::string of_former_row = folder.path("cell-20261127T120000Z-0001.mcap");
+  {
+    Recording former({.path = of_former_row}, {}, kBegan);
+    former.write(sample("ArmState", 0, 1, 50'000));
+    former.close();
+  }
+  // Names of others, and files of others under our names.
+  std::filesystem::copy_file(of_former_row, folder.path("cell2-20261127T120000Z-0001.mcap"));
+  std::filesystem::copy_file(of_former_row, folder.path("cell-20261127T120000Z-0001 (copy).mcap"));
+  const std::string foreign = folder.write("cell-20261127T120000Z-0002.mcap", "a person's");
+  ASSERT_EQ(former_files(row, "cell"), std::vector<std::string>{of_former_row});
+
+  Recording recording(
+      {.path = row, .split_bytes = 100'000, .keep = 60s, .most_bytes = 500'000, .former = former_files(row, "cell")},
+      {}, kBegan);
+  recording.save(kBegan + 3600 * kSecond);
+  std::uint64_t most = 0;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    recording.write(sample("ArmState", i * kSecond / 100, i + 1, 10'000));
+    recording.keep_up(kBegan + i * kSecond);
+    if (i == 30) EXPECT_TRUE(std::filesystem::exists(of_former_row));
+    std::uint64_t bytes = 0;
+    for (const std::string& file : recording.files()) bytes += std::filesystem::file_size(file);
+    most = std::max(most, bytes);
+  }
+  recording.close();
+  EXPECT_GT(most, 350'000U);
+  EXPECT_LE(most, 520'000U);  // indexes and summaries come on top
+  EXPECT_FALSE(std::filesystem::exists(of_former_row));
+  EXPECT_TRUE(std::filesystem::exists(foreign));
+  EXPECT_EQ(files_in(folder).size(), recording.files().size() + 3);
+}
+
 }  // namespace
 }  // namespace hecaton::test

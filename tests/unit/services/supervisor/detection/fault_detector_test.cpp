@@ -228,6 +228,30 @@ TEST_F(FaultDetectorTest, CountsADriverAsEndedInSpiteOfItsLateHeartbeat) {
   EXPECT_EQ(detector.loss_of_driver("arm1"), DriverLoss::kEnded);
 }
 
+// A recorder or a view is no part of the control of an arm.
+TEST_F(FaultDetectorTest, ReportsTheFailureOfAHelperAndHoldsNoArm) {
+  msg::Cause full;
+  full.text("the disk is full");
+  detector.heard("recorder", {900, now, 1, full});
+  turn();
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED);
+  EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
+  EXPECT_EQ(the_fault().description, "recorder: the disk is full");
+  EXPECT_TRUE(held().empty());
+  run_for(1s);
+  detector.heard("recorder", {900, now, 2, std::nullopt});
+  EXPECT_TRUE(detector.faults().open().empty());
+
+  detector.heard("recorder", {900, now, 3, full});
+  detector.process_exited("recorder", {900, -1, 9, false});
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, BoundsTheHelpersWhoseFailuresAreFaults) {
+  for (int i = 0; i < 1000; ++i) detector.heard("helper" + std::to_string(i), {i + 1000, now, 1, msg::Cause()});
+  EXPECT_EQ(detector.faults().open().size(), 16U);
+}
+
 TEST_F(FaultDetectorTest, IgnoresALateExitOfAPredecessor) {
   detector.process_exited("planner/arm1", {99, -1, 9, false});
   run_for(100ms);

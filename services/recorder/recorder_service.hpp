@@ -1,0 +1,69 @@
+#pragma once
+/// The service hecaton-recorder: keeps a recording of the last minutes of a cell, and saves what was before and after a
+/// fault or a stop.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <idl/health.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/bus/participant.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/recorder/recorder.hpp"
+#include "services/runtime/cell_mode.hpp"
+#include "services/runtime/heartbeat_publisher.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/shutdown.hpp"
+
+namespace hecaton::services::recorder {
+
+/// Events of a cell after which its recording is saved: faults of severity error and above, and stops that people
+/// order.
+class SavingEvents {
+ public:
+  explicit SavingEvents(bus::Participant& participant);
+  /// The newest event since the last call, as words; empty: none.
+  [[nodiscard]] std::string take();
+  /// Of the newest cell mode; 0: none.
+  [[nodiscard]] std::uint64_t term() const { return modes_.view().term(); }
+
+ private:
+  bus::Reader<msg::Fault> faults_;
+  CellModeListener modes_;
+  bool stopped_ = false;  ///< by a person
+};
+
+class RecorderService {
+ public:
+  /// Joins the cell. `file` must have the key record; it and `shutdown` must outlive the object. Throws
+  /// std::runtime_error with a sentence when the domain cannot be joined.
+  RecorderService(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown);
+
+  /// Returns when `shutdown` was requested. When the disk refuses a file, the service reports itself as failed, which
+  /// is a fault that holds no arm, and begins another file every ten seconds until the disk takes one.
+  void run();
+
+ private:
+  void begin(bus::Clock::time_point now);
+  /// `event`: after which the recording is saved; empty: none.
+  void record(const std::string& event);
+  void fail(const std::string& reason);
+  void publish_heartbeat();
+
+  const config::CellFile& file_;
+  const config::Record& record_;
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  PeriodicLoop loop_;
+  std::optional<HeartbeatPublisher> heartbeat_;  ///< of a service of an agent
+  SavingEvents events_;
+  std::unique_ptr<Recorder> recorder_;  ///< null: the disk refuses
+  std::string refusal_;                 ///< why
+  bus::Clock::time_point begin_at_{};
+};
+
+}  // namespace hecaton::services::recorder
