@@ -79,7 +79,7 @@ def commands(man, program):
     for (argument, meaning), count in uses.items():
         name = argument.split(" ")[0]
         rivals = [other for (own, text), other in uses.items() if own.split(" ")[0] == name and text != meaning]
-        if count > 1 and (not rivals or not name.startswith("-") and count > max(rivals)):
+        if count > max([1, *rivals]):
             shared.append((argument, meaning))
     text = ""
     if shared:
