@@ -67,6 +67,9 @@ def sections_of(man):
     return found
 
 
+URDF_ONLY = "URDF only: "
+
+
 def entries(rows):
     return "".join(f"- `{argument}`: {meaning}\n" for argument, meaning in rows)
 
@@ -81,16 +84,22 @@ def commands(man, program):
         rivals = [other for (own, text), other in uses.items() if own.split(" ")[0] == name and text != meaning]
         if count > max([1, *rivals]):
             shared.append((argument, meaning))
+    of_urdf = [row for row in shared if row[1].startswith(URDF_ONLY)]
     text = ""
     if shared:
-        text = f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n{entries(shared)}\n"
+        text = (f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n"
+                f"{entries(row for row in shared if row not in of_urdf)}\n")
+    if of_urdf:
+        text += f"Options of a URDF:\n\n{entries((argument, meaning.removeprefix(URDF_ONLY)) for argument, meaning in of_urdf)}\n"
     told, previous = {}, None
     for command, sentence, rows, remarks in sections:
         if command.split()[-1] == "man" or "completion" in command:
             continue  # the page says both for all programs
         own = entries(row for row in rows if row not in shared)
-        names = ", ".join(f"`{re.split('[ ,]', argument)[0]}`" for argument, _ in (row for row in rows if row in shared)
-                          if argument.startswith("-"))
+        named = [row for row in rows if row in shared and row[0].startswith("-")]
+        whole = of_urdf and all(row in named for row in of_urdf)
+        names = ", ".join([f"`{re.split('[ ,]', row[0])[0]}`" for row in named if not (whole and row in of_urdf)]
+                          + ["the options of a URDF"] * bool(whole))
         name = " ".join(word for word in command.split() if not word.isupper())
         if previous == (rows, remarks) and not own:  # as the command before
             text = text.rstrip() + f"\n\n`{command}`: {sentence}\n\n"
