@@ -15,6 +15,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 import argparse
 import collections
 import difflib
+import itertools
 import json
 import pathlib
 import re
@@ -91,21 +92,19 @@ def commands(man, program):
                 f"{entries(row for row in shared if row not in of_urdf)}\n")
     if of_urdf:
         text += f"Options of a URDF:\n\n{entries((argument, meaning.removeprefix(URDF_ONLY)) for argument, meaning in of_urdf)}\n"
-    told, previous = {}, None
-    for command, sentence, rows, remarks in sections:
-        if command.split()[-1] == "man" or "completion" in command:
-            continue  # the page says both for all programs
+    told = {}
+    # The page says how to get man pages and completions for all programs.
+    shown = [section for section in sections if section[0].split()[-1] != "man" and "completion" not in section[0]]
+    for (rows, remarks), alike in itertools.groupby(shown, key=lambda section: section[2:]):
+        (command, sentence), *others = [(command, sentence) for command, sentence, _, _ in alike]
         own = entries(row for row in rows if row not in shared)
         named = [row for row in rows if row in shared and row[0].startswith("-")]
         whole = of_urdf and all(row in named for row in of_urdf)
         names = ", ".join([f"`{re.split('[ ,]', row[0])[0]}`" for row in named if not (whole and row in of_urdf)]
                           + ["the options of a URDF"] * bool(whole))
         name = " ".join(word for word in command.split() if not word.isupper())
-        if previous == (rows, remarks) and not own:  # as the command before
-            text = text.rstrip() + f"\n\n`{command}`: {sentence}\n\n"
-            continue
-        previous = (rows, remarks)
         text += f"### {command}\n{sentence}\n\n"
+        text += "".join(f"`{other}`: {sentence}\n\n" for other, sentence in others)  # have the same arguments and remarks
         text += own + "\n" * bool(own)
         text += f"Shared: {names}.\n\n" * bool(names)
         if remarks in told and len(remarks.split()) > 15:
