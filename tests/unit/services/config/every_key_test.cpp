@@ -28,6 +28,7 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 view: {host: alpha, listen: 10.0.0.1, port: 8099}
+record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               failover_timeout: 30000us,
@@ -158,6 +159,10 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.network.interface, "eth1");
   EXPECT_EQ(file_.network.discovery, Discovery::kUnicast);
   EXPECT_EQ(file_.network.peers, (std::vector<std::string>{"10.0.0.9", "10.0.0.8"}));
+  ASSERT_TRUE(file_.record.has_value());
+  EXPECT_EQ(file_.record->host, "beta");
+  EXPECT_EQ(file_.record->after_fault, std::chrono::seconds(5));
+  EXPECT_EQ(file_.record->limit, 20'000'000U);
   ASSERT_TRUE(file_.view.has_value());
   EXPECT_EQ(file_.view->host, "alpha");
   EXPECT_EQ(file_.view->listen, "10.0.0.1");
