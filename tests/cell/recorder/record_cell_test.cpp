@@ -249,7 +249,7 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
   EXPECT_TRUE(await_fault(false));
 
   ASSERT_EQ(kill(processes().at("driver/west"), SIGKILL), 0);
-  EXPECT_EQ(run({"goal", "west", "--named", "ready", "--wait", "--timeout", "100s"}).code, 0);
+  EXPECT_EQ(run({"goal", "north", "--named", "home", "--wait"}).code, 0);
   up_->signal(SIGINT);
   EXPECT_EQ(up_->wait(), 0) << up_->err();
   up_.reset();
