@@ -56,9 +56,8 @@ void add_view(CLI::App& app, Session& session) {
   command->footer(
       "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
       "function. Without --control a page gives no other order, and has no password. With --listen, any program on "
-      "that network can read the cell's states and stop the cell. The connection is not encrypted: who reads that "
-      "network "
-      "can also read the token.");
+      "that network can read the cell's states and stop the cell. The connection is not encrypted: such a program can "
+      "also read the token.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

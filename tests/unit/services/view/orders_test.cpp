@@ -140,7 +140,7 @@ TEST_F(OrdersTest, RefuseMalformedOrdersWithASentence) {
   EXPECT_EQ(text({{"op", "jump"}}), "'jump' is no order that a page can give");
   EXPECT_EQ(text({{"op", "hold"}, {"arms", {"south"}}}), "'south' is no arm of the cell");
   EXPECT_EQ(text({{"op", "stop"}, {"arms", 3}}), "'arms' must be a list of arms; without it the order is for the cell");
-  EXPECT_EQ(text({{"op", "goal"}, {"arm", "north"}, {"named", "up\n"}}), "arm 'north' has no pose 'up?'");
+  EXPECT_EQ(text({{"op", "goal"}, {"arm", "north"}, {"named", "up\n"}}), "arm 'north' has no pose 'up\\x0a'");
   EXPECT_EQ(text({{"op", "obstacle_move"}, {"name", "crate"}, {"pose", {1, 2, 3, 0, 0, 0, 0}}}),
             "the rotation of 'pose' must be a unit quaternion");
   EXPECT_EQ(text({{"op", "obstacle_move"}, {"name", "crate"}, {"pose", {1, 2, nullptr, 0, 0, 0, 1}}}),
