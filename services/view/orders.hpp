@@ -44,7 +44,7 @@ inline constexpr std::chrono::seconds kControlLease{10};
 struct OrderOptions {
   bool stop = true;        ///< pages without control may stop the cell
   std::string token;       ///< of the page that controls; empty: no page may control
-  std::string refused_as;  ///< why this view cannot give orders, when it has no connection: a sentence
+  std::string refused_as;  ///< why it has no connection: a sentence; empty: no page shall give orders
 };
 
 /// All public functions are thread-safe.

@@ -28,7 +28,7 @@ WebServerOptions web_options(const config::CellFile& file, const ServiceOptions&
 /// Throws std::runtime_error when the cell is secured and has no identity that may give orders.
 std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceOptions& options,
                                     const ViewOrders& wanted, const std::string& token) {
-  OrderOptions allowed{wanted.stop, token, "this view gives no orders"};
+  OrderOptions allowed{wanted.stop, token, {}};
   if (!wanted.control && !wanted.stop) return std::make_unique<Orders>(file, allowed, nullptr);
   try {
     const int domain = choose_domain(options, file.network.domain);
