@@ -59,7 +59,7 @@ BESIDE = {
     "agent": ["planner/model", "services/arm_driver", "services/arm_driver/devices"],
     "supervisor": ["services/messages", "planner/trajectory"],
     "arm_driver": ["services/messages", "services/arm_driver/devices", "planner/model", "planner/trajectory"],
-    "view": ["services/messages", "planner", "planner/local", "planner/model", "world/model"],
+    "view": ["services/client", "services/messages", "planner", "planner/local", "planner/model", "world/model"],
     "ros2": ["services/client", "services/messages", "planner", "planner/model", "world/model"],
     "recorder": [],
     "replay": ["services/recorder", "services/view", "services/messages"],

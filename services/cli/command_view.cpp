@@ -17,6 +17,8 @@ struct Options {
   std::string cell;
   std::string listen;
   std::optional<std::uint64_t> port;
+  bool control = false;
+  bool no_stop = false;
 };
 
 /// Does not return; throws Failure when the view cannot be run.
@@ -29,6 +31,8 @@ ExitCode become_view(const Settings& settings, const Options& options) {
   if (settings.domain) words.insert(words.end(), {"--domain", std::to_string(*settings.domain)});
   if (!options.listen.empty()) words.insert(words.end(), {"--listen", options.listen});
   if (options.port) words.insert(words.end(), {"--port", std::to_string(*options.port)});
+  if (options.control) words.emplace_back("--control");
+  if (options.no_stop) words.emplace_back("--no-stop");
   become("hecaton-view", std::move(words));
 }
 
@@ -45,9 +49,15 @@ void add_view(CLI::App& app, Session& session) {
   add_whole_number(
       *command, "--port", [options](std::uint64_t port) { options->port = port; },
       "port of the page, 0 to 65535; 0: a free one (the cell file's, or 8000 + DDS domain)", 0, 65535);
+  command->add_flag("--control", options->control,
+                    "one page at a time holds, resumes, stops, gives goals and edits obstacles, with the token in the "
+                    "printed address; in a secured cell it needs an identity of the role operator");
+  command->add_flag("--no-stop", options->no_stop, "pages without control cannot stop the cell");
   command->footer(
-      "The address of the page is the first line of the output. The page gives no orders. It has no password: with "
-      "--listen, any program on that network can read the cell's states.");
+      "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
+      "function. Without --control a page gives no other order, and has no password. With --listen, any program on "
+      "that network can read the cell's states and stop the cell. The connection is not encrypted: such a program can "
+      "also read the token.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

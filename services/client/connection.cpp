@@ -46,8 +46,8 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-bus::Participant visit(const config::CellFile& file, int domain) {
-  bus::ParticipantOptions participant = services::participant_options(file, "", services::Role::kOperator);
+bus::Participant visit(const config::CellFile& file, int domain, const std::string& host) {
+  bus::ParticipantOptions participant = services::participant_options(file, host, services::Role::kOperator);
   participant.announce_departure = false;
   return {domain, kNodeName, participant};
 }
@@ -68,8 +68,8 @@ Clock::time_point deadline_of(Seconds limit) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(bounded);
 }
 
-Membership join(const config::CellFile& file, int domain) {
-  Membership member{visit(file, domain),
+Membership join(const config::CellFile& file, int domain, const std::string& host) {
+  Membership member{visit(file, domain, host),
                     "DDS domain " + std::to_string(domain) + " under the name '" + file.cell.name + "'"};
   for (const services::PlacedNode& supervisor : services::supervisors_of(file)) {
     member.supervisors.push_back(supervisor.node);

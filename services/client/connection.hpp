@@ -43,8 +43,9 @@ struct Membership {
 
 /// Joins the domain that `options` select. Throws InvalidArgument (cell file, domain, network interface).
 [[nodiscard]] Membership join(const ConnectOptions& options);
-/// Joins the domain of a cell file that is already loaded.
-[[nodiscard]] Membership join(const config::CellFile& file, int domain);
+/// Joins the domain of a cell file that is already loaded. `host`: whose operator's identity it uses in a secured cell;
+/// empty: the first one of the keystore. Throws std::runtime_error with a sentence when the keys cannot be used.
+[[nodiscard]] Membership join(const config::CellFile& file, int domain, const std::string& host = {});
 
 /// `a` is a later status of the same arm than `b`.
 [[nodiscard]] bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b);

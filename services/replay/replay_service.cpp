@@ -18,7 +18,7 @@ WebServerOptions web_options(const std::string& listen, std::uint16_t port, Comm
   WebServerOptions web;
   web.address = listen;
   web.port = port;
-  web.received = [&commands](std::string_view message) { commands.push(message); };
+  web.received = [&commands](const WebClient&, std::string_view message) { commands.push(message); };
   return web;
 }
 

@@ -79,6 +79,12 @@ Json shapes_json(const planner::Arm& arm) {
   return shapes;
 }
 
+Json pose_names(const planner::Arm& arm) {
+  Json names = Json::array();
+  for (const auto& [name, q] : arm.named) names.push_back(name);
+  return names;
+}
+
 Json arm_json(const planner::PlannedArm& planned, const ArmDrawing& drawing) {
   const planner::Arm& arm = planned.arm;
   const planner::RobotModel& model = *arm.model;
@@ -92,6 +98,7 @@ Json arm_json(const planner::PlannedArm& planned, const ArmDrawing& drawing) {
           {"upper", numbers(arm.limits.upper)},
           {"velocity", numbers(arm.limits.velocity)},
           {"start", numbers(planned.start.size() > 0 ? planned.start : arm.home())},
+          {"poses", pose_names(arm)},
           {"tool_link", model.tool_link},
           {"tool", pose_json(model.X_LT)},
           {"security_distance", planned.parameters.damper.security_distance},

@@ -22,12 +22,18 @@ constexpr int kHighestPort = 65535;
 struct Options {
   std::optional<std::string> listen;
   std::optional<int> port;
+  services::ViewOrders orders;
+  bool no_stop = false;
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--listen", options.listen,
                  "IPv4 address of the page (the cell file's, or 127.0.0.1: this host alone)");
   app.add_option("--port", options.port, "port of the page, 0: a free one (the cell file's, or 8000 + DDS domain)");
+  app.add_flag("--control", options.orders.control,
+               "one page at a time gives orders, with the token in the address that is printed; in a secured cell this "
+               "needs an identity of the role operator");
+  app.add_flag("--no-stop", options.no_stop, "pages without control cannot stop the cell");
 }
 
 /// The key `view` of the cell file with the options of the command line. Throws std::runtime_error with a sentence.
@@ -65,7 +71,8 @@ int main(int argc, char** argv) {
         const config::View view = view_of(file, options.host, own);
         const services::LogScope log(services::view_node(), options);
         services::start_exit_notifier(options.exit_fd);
-        services::ViewService(file, options, view, shutdown).run();
+        own.orders.stop = !own.no_stop;
+        services::ViewService(file, options, view, own.orders, shutdown).run();
       },
       [&](CLI::App& app) { add_options(app, own); });
 }

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -19,6 +20,10 @@ using namespace std::chrono_literals;
 
 constexpr auto kFramePeriod = 33ms;    // the page interpolates between two frames
 constexpr auto kStatusPeriod = 200ms;  // for people to read
+
+std::string text_of(const view::Json& message) {
+  return message.dump(-1, ' ', false, view::Json::error_handler_t::replace);
+}
 
 std::optional<WebFile> mesh_file(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -50,7 +55,11 @@ PageServer::PageServer(const CellFeed& feed, const config::CellFile& file, const
 }
 
 void PageServer::publish(Channel channel, const view::Json& message) {
-  server_.publish(channel, message.dump(-1, ' ', false, view::Json::error_handler_t::replace));
+  server_.publish(channel, text_of(message));
+}
+
+void PageServer::send(std::uint64_t client, const view::Json& message) {
+  server_.send(client, text_of(message));
 }
 
 void PageServer::publish(bus::Clock::time_point now) {

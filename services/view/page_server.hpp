@@ -24,6 +24,9 @@ class PageServer {
   /// A message of another channel than those of publish().
   void publish(Channel channel, const view::Json& message);
 
+  /// A message to one page.
+  void send(std::uint64_t client, const view::Json& message);
+
   [[nodiscard]] std::uint16_t port() const { return server_.port(); }
   [[nodiscard]] std::uint64_t skipped() const { return server_.skipped(); }
 

@@ -25,16 +25,36 @@ WebServerOptions web_options(const config::CellFile& file, const ServiceOptions&
   return web;
 }
 
+/// Throws std::runtime_error when the cell is secured and has no identity that may give orders.
+std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceOptions& options,
+                                    const ViewOrders& wanted, const std::string& token) {
+  OrderOptions allowed{wanted.stop, token, {}};
+  if (!wanted.control && !wanted.stop) return std::make_unique<Orders>(file, allowed, nullptr);
+  try {
+    const int domain = choose_domain(options, file.network.domain);
+    return std::make_unique<Orders>(file, allowed, client::Connection::make(client::join(file, domain, options.host)));
+  } catch (const std::runtime_error& error) {
+    allowed.refused_as = std::string("orders of pages need an identity of the role operator: ") + error.what();
+    if (wanted.control || file.keystore.empty()) throw std::runtime_error(allowed.refused_as);
+    log_warning("pages cannot stop the cell", {{"reason", allowed.refused_as}});
+    return std::make_unique<Orders>(file, allowed, nullptr);
+  }
+}
+
 }  // namespace
 
 ViewService::ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-                         const ShutdownSignal& shutdown)
+                         const ViewOrders& orders, const ShutdownSignal& shutdown)
     : file_(file),
       web_(web_options(file, options, view)),
       participant_(make_participant(file, options, Role::kViewer, view_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(kLoopPeriod, file.supervision.heartbeat_period), shutdown),
       drawings_(file),
-      feed_(file, participant_, mailbox_) {
+      feed_(file, participant_, mailbox_),
+      token_(orders.control ? random_token() : std::string()),
+      orders_(make_orders(file, options, orders, token_)) {
+  web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
+  web_.left = [this](const WebClient& page) { orders_->left(page); };
   if (options.heartbeat_fd >= 0) {
     const NodeIdentity identity{view_node(), msg::NodeKind::NODE_OTHER, "", view.host};
     heartbeat_.emplace(participant_, identity, heartbeat_timing(file, options));
@@ -52,15 +72,27 @@ std::string ViewService::url() const {
   return config::view_url(listening, file_.network.domain);
 }
 
+std::string ViewService::control_url() const {
+  return token_.empty() ? url() : url() + "#token=" + token_;
+}
+
 void ViewService::run() {
   while (loop_.next()) {
     static_cast<void>(mailbox_.take_events());
     feed_.update(loop_.now());
     if (!server_) listen(loop_.now());
     if (server_) server_->publish(loop_.now());
+    answer_pages();
     if (heartbeat_ && heartbeat_->due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
   log_info("view shuts down", {{"skipped_messages", server_ ? server_->skipped() : 0}});
+}
+
+void ViewService::answer_pages() {
+  orders_->update(loop_.now());
+  if (!server_) return;
+  for (const auto& [page, reply] : orders_->take_replies()) server_->send(page, reply);
+  if (const auto control = orders_->take_control_change()) server_->publish(Channel::kControl, *control);
 }
 
 void ViewService::listen(bus::Clock::time_point now) {
@@ -69,9 +101,10 @@ void ViewService::listen(bus::Clock::time_point now) {
   try {
     server_ = std::make_unique<PageServer>(feed_, file_, drawings_, web_);
     web_.port = server_->port();
+    orders_->announce_control();
     log_info("view started", {{"url", url()}});
     refusal_.clear();
-    if (!heartbeat_) std::cout << url() << std::endl;
+    if (!heartbeat_) std::cout << control_url() << std::endl;
   } catch (const std::runtime_error& error) {
     if (!heartbeat_) throw;
     if (refusal_.empty()) log_warning("the page cannot be served yet", {{"reason", error.what()}});

@@ -13,26 +13,37 @@
 #include "services/runtime/shutdown.hpp"
 #include "services/view/arm_drawing.hpp"
 #include "services/view/live_feed.hpp"
+#include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
 
 namespace hecaton::services {
+
+/// What pages may order.
+struct ViewOrders {
+  bool control = false;  ///< one page at a time, with the token, controls
+  bool stop = true;      ///< every page may stop the cell
+};
 
 class ViewService {
  public:
   /// Joins the cell and listens. `file` and `shutdown` must outlive it. Throws std::runtime_error with a sentence, also
   /// when the address cannot be used. As a service of an agent it reports that in its heartbeats instead, and run()
-  /// tries again each second.
+  /// tries again each second. In a secured cell orders need an identity of the role operator. Control throws without
+  /// it; without control the pages only show the cell.
   ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-              const ShutdownSignal& shutdown);
+              const ViewOrders& orders, const ShutdownSignal& shutdown);
 
   /// Returns when `shutdown` was requested.
   void run();
 
   /// "http://127.0.0.1:8042/"
   [[nodiscard]] std::string url() const;
+  /// The address with the token of control, which browsers do not send in requests; as url() without control.
+  [[nodiscard]] std::string control_url() const;
 
  private:
   void listen(bus::Clock::time_point now);
+  void answer_pages();
   void publish_heartbeat();
 
   const config::CellFile& file_;
@@ -43,7 +54,9 @@ class ViewService {
   std::optional<HeartbeatPublisher> heartbeat_;  // of a service of an agent
   view::Drawings drawings_;
   LiveFeed feed_;
-  std::unique_ptr<PageServer> server_;  // empty: the address is in use
+  std::string token_;  // of control; empty: no page may control
+  std::unique_ptr<Orders> orders_;
+  std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use
   std::string refusal_;                 // why
   bus::Clock::time_point listen_at_{};
 };

@@ -1,7 +1,9 @@
 #include "services/view/web_server.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -32,6 +34,7 @@ using Messages = std::array<Message, kChannels>;
 constexpr const char* kLivePath = "/live";
 constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
 constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
+constexpr std::size_t kMostUnread = 64;             // messages to one client
 constexpr std::chrono::seconds kRequestTimeout{30};
 /// Of a client that answers no ping. A browser on a busy machine reads for long what it has received before.
 constexpr std::chrono::seconds kSilenceTimeout{120};
@@ -79,21 +82,26 @@ struct Shared;
 /// One WebSocket. It keeps itself alive as long as an operation is under way.
 class LiveClient : public std::enable_shared_from_this<LiveClient> {
  public:
-  LiveClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {}
+  LiveClient(tcp::socket socket, Shared& shared);
   void accept(Request request);
   void offer(std::size_t channel, const Message& message);
+  void send(const Message& message);
+  [[nodiscard]] std::uint64_t number() const { return who_.number; }
   void close() { beast::get_lowest_layer(stream_).close(); }
 
  private:
   void read();
   void write();
+  void write(Message message);
   void leave();
 
   websocket::stream<beast::tcp_stream> stream_;
   Shared& shared_;
+  WebClient who_;
   Request request_;
   beast::flat_buffer incoming_;
   Messages pending_;
+  std::deque<Message> unsent_;  // to this client alone
   Message sending_;
   bool writing_ = false;
 };
@@ -124,11 +132,19 @@ struct Shared {
   Messages newest;
   std::set<std::shared_ptr<LiveClient>> clients;
   int connections = 0;                    // HTTP
+  std::uint64_t numbers = 0;              // given to WebSockets
   std::atomic<int> client_count{0};       // for any thread
   std::atomic<std::uint64_t> skipped{0};  // for any thread
 };
 
 // --- LiveClient
+
+LiveClient::LiveClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
+  who_.number = ++shared_.numbers;
+  Error gone;
+  const auto peer = beast::get_lowest_layer(stream_).socket().remote_endpoint(gone);
+  if (!gone) who_.address = peer.address().to_string() + ":" + std::to_string(peer.port());
+}
 
 void LiveClient::accept(Request request) {
   request_ = std::move(request);
@@ -152,18 +168,31 @@ void LiveClient::offer(std::size_t channel, const Message& message) {
   if (!writing_) write();
 }
 
+void LiveClient::send(const Message& message) {
+  if (unsent_.size() >= kMostUnread) return leave();
+  unsent_.push_back(message);
+  if (!writing_) write();
+}
+
 void LiveClient::write() {
-  for (Message& message : pending_) {
-    if (!message) continue;
-    sending_ = std::exchange(message, nullptr);
-    writing_ = true;
-    stream_.async_write(asio::buffer(*sending_), [self = shared_from_this()](Error error, std::size_t) {
-      self->writing_ = false;
-      if (error) return self->leave();
-      self->write();
-    });
-    return;
+  if (!unsent_.empty()) {
+    Message next = std::move(unsent_.front());
+    unsent_.pop_front();
+    return write(std::move(next));
   }
+  for (Message& message : pending_) {
+    if (message) return write(std::exchange(message, nullptr));
+  }
+}
+
+void LiveClient::write(Message message) {
+  sending_ = std::move(message);
+  writing_ = true;
+  stream_.async_write(asio::buffer(*sending_), [self = shared_from_this()](Error error, std::size_t) {
+    self->writing_ = false;
+    if (error) return self->leave();
+    self->write();
+  });
 }
 
 void LiveClient::read() {
@@ -171,7 +200,7 @@ void LiveClient::read() {
     if (error) return self->leave();
     if (self->shared_.options.received) {
       const auto bytes = self->incoming_.data();
-      self->shared_.options.received({static_cast<const char*>(bytes.data()), bytes.size()});
+      self->shared_.options.received(self->who_, {static_cast<const char*>(bytes.data()), bytes.size()});
     }
     self->incoming_.clear();
     self->read();
@@ -180,8 +209,9 @@ void LiveClient::read() {
 
 void LiveClient::leave() {
   close();
-  shared_.clients.erase(shared_from_this());
+  const bool first = shared_.clients.erase(shared_from_this()) > 0;
   shared_.client_count = static_cast<int>(shared_.clients.size());
+  if (first && shared_.options.left) shared_.options.left(who_);
 }
 
 // --- HttpConnection
@@ -323,6 +353,17 @@ void WebServer::publish(Channel channel, std::string message) {
                               shared = std::make_shared<const std::string>(std::move(message))] {
     impl->shared.newest[index] = shared;
     for (const auto& client : impl->shared.clients) client->offer(index, shared);
+  });
+}
+
+void WebServer::send(std::uint64_t client, std::string message) {
+  asio::post(impl_->context, [impl = impl_.get(), client,
+                              shared = std::make_shared<const std::string>(std::move(message))] {
+    const auto& all = impl->shared.clients;
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one->number() == client; });
+    if (found == all.end()) return;
+    const std::shared_ptr<LiveClient> receiver = *found;  // a client that leaves is no longer among them
+    receiver->send(shared);
   });
 }
 

@@ -3,9 +3,10 @@
 /// of each channel for a client. A client that reads slowly misses states; neither the caller nor another client waits
 /// for it.
 ///
-/// It takes no order for a cell. Messages of clients are discarded, or choose what a replay shows. A page of another
-/// site cannot read the states through the browser of a user. The server refuses a request when its header Host is a
-/// name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that Host.
+/// It gives messages of clients to its owner (orders.hpp, services/replay), or discards them. A page of another site
+/// can neither read the states nor send messages through the browser of a user. The server refuses a request when its
+/// header Host is a name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that
+/// Host.
 
 #include <array>
 #include <cstddef>
@@ -19,8 +20,14 @@
 namespace hecaton::services {
 
 /// Messages in the order in which a client gets them. Each message holds the whole state of its channel.
-enum class Channel : std::uint8_t { kCell, kRecording, kObstacles, kPlayback, kStatus, kFrame };
-inline constexpr std::size_t kChannels = 6;
+enum class Channel : std::uint8_t { kCell, kControl, kRecording, kObstacles, kPlayback, kStatus, kFrame };
+inline constexpr std::size_t kChannels = 7;
+
+/// A WebSocket.
+struct WebClient {
+  std::uint64_t number = 0;  ///< never used again
+  std::string address;       ///< "127.0.0.1:40312"
+};
 
 /// What the server answers to a GET.
 struct WebFile {
@@ -37,7 +44,9 @@ struct WebServerOptions {
   std::function<std::optional<WebFile>(std::string_view path)> file;
   /// Takes a message of a client, at most 4096 bytes long; empty: messages are discarded. Called in the thread of the
   /// server.
-  std::function<void(std::string_view message)> received;
+  std::function<void(const WebClient& client, std::string_view message)> received;
+  /// The client has gone. Called in the thread of the server.
+  std::function<void(const WebClient& client)> left;
 };
 
 /// All public functions are thread-safe.
@@ -53,6 +62,8 @@ class WebServer {
   /// Sends `message` to each client that has received the former message of the channel; for each other client it
   /// replaces that one. Clients that connect later get the newest message of each channel. Never blocks.
   void publish(Channel channel, std::string message);
+  /// Sends `message` to one client. A client that leaves 64 of them unread is closed. Never blocks.
+  void send(std::uint64_t client, std::string message);
   [[nodiscard]] int clients() const;            ///< WebSockets
   [[nodiscard]] std::uint64_t skipped() const;  ///< messages that were replaced before a client got them
   [[nodiscard]] std::uint16_t port() const;

@@ -41,6 +41,71 @@ TEST_F(LivePage, ShowsAllArmsOfTheCell) {
   EXPECT_EQ(entry(status.at("nodes"), "node", "view").at("state"), "running");
 }
 
+/// A cell without a page, and a view with options of the test.
+class LiveOrders : public LiveCell {
+ protected:
+  /// Starts `hecaton view`; the address that it prints.
+  std::string start_view(const std::vector<std::string>& options) {
+    std::vector<std::string> words{
+        std::string(HECATON_BIN_DIR) + "/hecaton", "view", kThreePuma, "--domain", domain(), "--port", "0"};
+    words.insert(words.end(), options.begin(), options.end());
+    view_ = std::make_unique<Process>(words);
+    EXPECT_TRUE(view_->wait_for_output("\n")) << view_->err();
+    return view_->out().substr(0, view_->out().find('\n'));
+  }
+  static std::uint16_t port_of(const std::string& url) {
+    return static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1)));
+  }
+  /// The answer to an order of a page.
+  static Json order(WebSocketClient& page, Json message) {
+    message["id"] = 17;
+    page.write(message.dump());
+    return page.wait_for("reply", [](const Json& reply) { return reply.at("id") == 17; });
+  }
+  std::unique_ptr<Process> view_;
+};
+
+TEST_F(LiveOrders, StopTheCellFromAPageWithoutAToken) {
+  const std::string url = start_view({});
+  EXPECT_EQ(url.find('#'), std::string::npos) << url;
+  WebSocketClient page(port_of(url), "http://localhost");
+  EXPECT_TRUE(page.wait_for("control", [](const Json&) { return true; }).at("stop"));
+  const Json stopped = order(page, {{"op", "stop"}});
+  EXPECT_TRUE(stopped.at("done")) << stopped;
+  EXPECT_EQ(json({"status"}).at("mode"), "stop");
+  EXPECT_FALSE(order(page, {{"op", "resume"}}).at("done"));
+  EXPECT_EQ(json({"status"}).at("mode"), "stop");
+  view_->signal(SIGINT);
+  EXPECT_EQ(view_->wait(), 0);
+  EXPECT_NE(view_->err().find("event=\"order of a page\" order=stop"), std::string::npos) << view_->err();
+  EXPECT_NE(view_->err().find("page=127.0.0.1:"), std::string::npos) << view_->err();
+}
+
+TEST_F(LiveOrders, LeaveTheCellAloneWithNoStop) {
+  WebSocketClient page(port_of(start_view({"--no-stop"})), "http://localhost");
+  EXPECT_FALSE(page.wait_for("control", [](const Json&) { return true; }).at("stop"));
+  EXPECT_FALSE(order(page, {{"op", "stop"}}).at("done"));
+  EXPECT_EQ(json({"status"}).at("mode"), "run");
+}
+
+TEST_F(LiveOrders, ControlTheCellInABrowser) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  const std::string browser = "/usr/bin/chromium";
+  if (const std::string file = first_missing({page + "/node_modules/playwright-core", node, browser}); !file.empty()) {
+    ASSERT_TRUE(may_skip()) << file << " is missing";
+    GTEST_SKIP() << file << " is missing";
+  }
+  const std::string url = start_view({"--control"});
+  ASSERT_NE(url.find("/#token="), std::string::npos) << url;
+  Process test({node, page + "/test/orders.mjs", url, browser});
+  EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+  view_->signal(SIGINT);
+  EXPECT_EQ(view_->wait(), 0);
+  EXPECT_EQ(view_->err().find(url.substr(url.find('=') + 1)), std::string::npos) << "the token is in the log";
+  EXPECT_NE(view_->err().find("subject=\"north to ready\""), std::string::npos) << view_->err();
+}
+
 TEST_F(LivePage, DrawsMovingArmsInABrowser) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;

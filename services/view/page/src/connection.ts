@@ -1,5 +1,5 @@
 /// The stream of the server. After a loss it connects again, at growing intervals up to two seconds.
-import type { Command, Message } from "./protocol";
+import type { Message, Sent } from "./protocol";
 
 export class Connection {
   onMessage: (message: Message, now: number) => void = () => {};
@@ -24,8 +24,10 @@ export class Connection {
     };
   }
 
-  /** Without a connection it does nothing. */
-  send(command: Command): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(command));
+  /** Without a connection it sends nothing, also not later: false. */
+  send(message: Sent): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
   }
 }

@@ -307,6 +307,12 @@ export class ObstacleFigure {
     this.material.opacity = opacity;
     this.material.transparent = transparent;
   }
+  showAsGhost(): void {
+    this.material.color.set(0x7fa8d9);
+    this.material.opacity = 0.5;
+    this.material.transparent = true;
+    this.material.depthWrite = false;
+  }
   segments(): Segment[] {
     return this.obstacle.shapes.map((shape) => segmentOf(shape.capsule, this.group.matrixWorld));
   }

@@ -1,5 +1,7 @@
 /// Connects the stream with the scene and the panels, and handles keys.
 import { Connection } from "./connection";
+import { OrderBook, tokenIn } from "./orders";
+import { OrdersPanel } from "./orders_panel";
 import { byId, Panel } from "./panel";
 import { Plots } from "./plots";
 import type { FrameMessage, Message, ObstaclesMessage, StatusMessage } from "./protocol";
@@ -86,8 +88,8 @@ byId("help").onclick = () => actions.get("?")?.();
 keys.innerHTML = "<table>" + [
   ...VIEWS.map(([, text, key]) => [key, text]), ["f", "Follow the selected arm"],
   ...TOGGLES.map(([, text, key]) => [key, text]), ["t", "Dark or light"], ["/", "Search"], ["↑ ↓", "Select an arm"],
-  ["?", "This table"],
-].map(([key, text]) => `<tr><td><kbd>${key.toUpperCase()}</kbd></td><td>${text}</td></tr>`).join("") +
+  ["?", "This table"], ["Esc", "Stop the cell, from anywhere on the page (no safety function)"],
+].map(([key, text]) => `<tr><td><kbd>${key.length > 1 ? key : key.toUpperCase()}</kbd></td><td>${text}</td></tr>`).join("") +
   '</table><p class="dim">Search for words, or for a state: is:waiting, is:held.</p>' +
   '<form method="dialog"><button>Close</button> <a href="licenses.txt">Licenses</a></form>';
 
@@ -97,6 +99,7 @@ function select(arm: string | null): void {
   selected = arm;
   scene.select(arm);
   panel.select(arm);
+  ordersPanel.select(arm);
   if (scene.follows !== null && arm !== null) scene.follow(arm);
   refresh();
 }
@@ -119,18 +122,24 @@ function refresh(): void {
   scene.setFilter(new Set(panel.visibleArms(status)));
   if (status) panel.setStatus(status, ageOf);
   if (obstacles) panel.setObstacles(obstacles);
+  if (status) ordersPanel.setStatus(status);
 }
 
+/** In the capture phase and with any modifier: no other handler comes first. */
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (event.target === search) {
-    if (event.key === "Escape") {
-      search.value = "";
-      search.dispatchEvent(new Event("input"));
-      search.blur();
-    }
-    return;
-  }
+  if (event.key !== "Escape" || event.repeat) return;
+  orders.stop();
+  scene.ghost.cancel();
+  if (event.target !== search) return;
+  search.value = "";
+  search.dispatchEvent(new Event("input"));
+  search.blur();
+}, { capture: true });
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.key === "Escape") return;
+  const inText = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+  if (inText) return;
   if (event.key === "/") search.focus();
   else if (event.key === "ArrowDown") step(1);
   else if (event.key === "ArrowUp") step(-1);
@@ -148,6 +157,39 @@ document.addEventListener("keydown", (event) => {
 const connection = new Connection(`ws://${location.host}/live`);
 timeline.onCommand = (command) => connection.send(command);
 timeline.arm = () => selected;
+
+// The token is in the part of the address that browsers do not send. It shall not stay in the history either.
+const token = tokenIn(location.hash) ?? sessionStorage.getItem("token");
+if (token !== null) sessionStorage.setItem("token", token);
+if (tokenIn(location.hash) !== null) history.replaceState(null, "", location.pathname);
+const orders = new OrderBook((message) => connection.send(message), token);
+const ordersPanel = new OrdersPanel(byId("orders"), byId("stop") as HTMLButtonElement, orders);
+setInterval(() => orders.keepControl(), 2000);
+orders.onChange = () => {
+  ordersPanel.show();
+  showObstacle();
+  // The ghost is where it was dropped until the cell has answered.
+  if (!orders.waits("obstacle_move")) scene.ghost.settle();
+};
+
+// --- the obstacle that may be dragged
+
+let obstacle: string | null = null;
+function showObstacle(): void {
+  if (obstacle !== null && !obstacles?.obstacles.some((one) => one.name === obstacle)) obstacle = null;
+  scene.chooseObstacle(orders.controls ? obstacle : null);
+  ordersPanel.chooseObstacle(obstacle);
+}
+function chooseObstacle(name: string): void {
+  obstacle = obstacle === name ? null : name;
+  showObstacle();
+}
+scene.onObstacle = panel.onObstacle = chooseObstacle;
+scene.ghost.onDrop = (name, pose) => {
+  if (!orders.give({ op: "obstacle_move", name, pose }, `move ${name}`)) scene.ghost.cancel();
+};
+ordersPanel.placeForObstacle = () => scene.centre;
+ordersPanel.onRotation = (rotates) => scene.ghost.setRotation(rotates);
 
 /** The keys of a recording. */
 function addReplayKeys(): void {
@@ -168,6 +210,7 @@ function addReplayKeys(): void {
 
 connection.onState = (connected) => {
   byId("offline").hidden = connected;
+  if (!connected) orders.disconnected();
 };
 connection.onMessage = (message: Message, now: number) => {
   switch (message.type) {
@@ -183,11 +226,19 @@ connection.onMessage = (message: Message, now: number) => {
       scene.setToggles(toggles);
       panel.setCell(message);
       plots.setCell(message);
+      ordersPanel.setCell(message);
+      break;
+    case "control":
+      orders.setControl(message);
+      break;
+    case "reply":
+      orders.setReply(message);
       break;
     case "obstacles":
       obstacles = message;
       scene.setObstacles(message);
       panel.setObstacles(message);
+      showObstacle();
       break;
     case "status":
       status = message;
@@ -227,4 +278,4 @@ showTheme();
 connection.open();
 
 // For tests: what the page shows, in numbers.
-Object.assign(window, { hecaton: { scene, select, timeline } });
+Object.assign(window, { hecaton: { scene, select, timeline, orders } });

@@ -52,6 +52,7 @@ type Ages = (arm: string) => number;
 
 export class Panel {
   onSelect: (arm: string | null) => void = () => {};
+  onObstacle: (obstacle: string) => void = () => {};
   private cell: CellMessage | null = null;
   private query = "";
   private selected: string | null = null;
@@ -75,9 +76,10 @@ export class Panel {
     this.nodes = new Rows(byId("nodes"), (row) => ({
       mark: element("span", row), name: element("span", row, "name"), value: element("span", row, "number dim"),
     }));
-    this.obstacles = new Rows(byId("obstacles"), (row) => ({
-      name: element("span", row, "name"), value: element("span", row, "dim"),
-    }));
+    this.obstacles = new Rows(byId("obstacles"), (row, name) => {
+      row.onclick = () => this.onObstacle(name);
+      return { name: element("span", row, "name"), value: element("span", row, "dim") };
+    });
   }
 
   setCell(cell: CellMessage): void {

@@ -50,6 +50,7 @@ export interface Arm {
   upper: number[];
   velocity: number[];
   start: number[];
+  poses: string[]; // names, for goals
   tool_link: number;
   tool: Pose; // in the frame of the tool link
   security_distance: number;
@@ -198,8 +199,43 @@ export interface PlaybackMessage {
   speed: number;
 }
 
+// --- orders (services/view: orders.cpp)
+
+export interface ControlMessage {
+  type: "control";
+  stop: boolean; // every page may stop the cell
+  control: boolean; // a page with the token may control
+  refusal: string; // why this view gives no orders; empty: it does
+  controller: { number: number; address: string } | null;
+}
+
+export interface ReplyMessage {
+  type: "reply";
+  id: number; // of the order
+  op: string;
+  done: boolean;
+  final: boolean; // false: another reply follows
+  text: string;
+  number?: number; // of this page, when it took control
+}
+
+/** Without arms: for the cell. */
+export type Order =
+  | { op: "stop" | "hold" | "resume"; arms?: string[] }
+  | { op: "take"; token: string }
+  | { op: "release" }
+  | { op: "goal"; arm: string; named: string }
+  | { op: "cancel"; arm: string; goal: string }
+  | { op: "obstacle_add"; name: string; shape: { kind: "box" | "sphere" | "cylinder"; size: number[] }; pose: Pose }
+  | { op: "obstacle_move"; name: string; pose: Pose }
+  | { op: "obstacle_remove"; name: string };
+
+/** What a page sends. `alive` keeps the control of a page that gives no order. */
+export type Sent = Command | { op: "alive" } | (Order & { id: number });
+
 export type Message =
-  CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | RecordingMessage | PlaybackMessage;
+  CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | RecordingMessage | PlaybackMessage | ControlMessage |
+  ReplyMessage;
 
 /** What a page of a recording sends. A step goes to the next or previous state of the arm; empty: of any arm. */
 export type Command =

@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./figures";
+import { GhostDrag } from "./ghost_drag";
 import { PoseTrack, ServerClock, SHOWN_DELAY, Track } from "./motion";
 import { nearestOf, type Segment } from "./nearest";
 import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, StatusMessage } from "./protocol";
@@ -51,6 +52,8 @@ export interface FrameStatistics {
 export class CellScene {
   readonly clock = new ServerClock();
   onSelect: (arm: string | null) => void = () => {};
+  onObstacle: (obstacle: string) => void = () => {};
+  readonly ghost: GhostDrag;
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly overlay = new THREE.Group(); // names and lines, placed after the bodies
@@ -82,6 +85,7 @@ export class CellScene {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
+    this.ghost = new GhostDrag(this.camera, this.renderer.domElement, this.controls, this.scene);
     this.scene.matrixWorldAutoUpdate = false; // once a frame, before the lines between bodies are drawn
     const sky = new THREE.HemisphereLight(0xffffff, 0x555a60, 1.9);
     sky.position.set(0, 0, 1);
@@ -209,6 +213,24 @@ export class CellScene {
     this.selected = arm;
   }
 
+  /** Shows the gizmo at an obstacle that may be dragged; null, or a name that is none: no gizmo. */
+  chooseObstacle(name: string | null): void {
+    this.ghost.choose(name === null ? null : this.obstacles.get(name)?.figure.obstacle ?? null);
+  }
+  /** The point that the camera looks at. */
+  get centre(): [number, number, number] {
+    return this.controls.target.toArray();
+  }
+  /** Where the gizmo of the chosen obstacle is on the screen [px]. For tests. */
+  gizmoOnScreen(): [number, number] {
+    const point = this.ghost.place(this.camera);
+    return [((point.x + 1) / 2) * this.host.clientWidth, ((1 - point.y) / 2) * this.host.clientHeight];
+  }
+  /** Where an obstacle is drawn [m]. For tests. */
+  obstacleAt(name: string): number[] | null {
+    return this.obstacles.get(name)?.figure.group.matrix.elements.slice(12, 15) ?? null;
+  }
+
   /** The camera keeps its distance to the tool of that arm. */
   follow(arm: string | null): void {
     this.followed = arm;
@@ -283,6 +305,7 @@ export class CellScene {
       if (track.sample(shown, this.scratch)) place(figure.group, this.scratch);
       figure.show(this.rate === 1 ? server - track.newestTime : this.obstacleAge);
     }
+    if (this.ghost.chosen !== null) this.ghost.follow(this.obstacles.get(this.ghost.chosen)?.figure.group);
     this.scene.updateMatrixWorld();
     this.annotate(server);
     this.overlay.updateMatrixWorld();
@@ -403,6 +426,7 @@ export class CellScene {
     canvas.addEventListener("pointerdown", (event) => (pressed = [event.clientX, event.clientY]));
     canvas.addEventListener("pointerup", (event) => {
       if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 5) return; // the camera was turned
+      if (this.ghost.busy) return;
       const place = canvas.getBoundingClientRect();
       const point = new THREE.Vector2(((event.clientX - place.left) / place.width) * 2 - 1,
                                       1 - ((event.clientY - place.top) / place.height) * 2);
@@ -413,7 +437,13 @@ export class CellScene {
         const hit = ray.intersectObjects(figure.parts, true)[0];
         if (hit && (!best || hit.distance < best.distance)) best = { arm: name, distance: hit.distance };
       }
-      this.onSelect(best ? best.arm : null);
+      let nearest: { name: string; distance: number } | null = null;
+      for (const [name, { figure }] of this.obstacles) {
+        const hit = ray.intersectObject(figure.group, true)[0];
+        if (hit && (!nearest || hit.distance < nearest.distance)) nearest = { name, distance: hit.distance };
+      }
+      if (nearest && (!best || nearest.distance < best.distance)) this.onObstacle(nearest.name);
+      else this.onSelect(best ? best.arm : null);
     });
   }
 }

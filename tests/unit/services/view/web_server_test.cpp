@@ -1,5 +1,11 @@
 #include "services/view/web_server.hpp"
 
+#include <chrono>
+#include <optional>
+#include <semaphore>
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/services/view/web_client.hpp"
@@ -129,6 +135,52 @@ TEST_F(WebServerTest, DropsClientsThatLeaveOrSendTooMuch) {
     EXPECT_EQ(stays.read(), std::to_string(i));
   }
   EXPECT_EQ(server_.clients(), 1);
+}
+
+/// A server that answers each message with it, and counts the clients that have gone.
+class EchoTest : public testing::Test {
+ protected:
+  EchoTest() {
+    WebServerOptions options;
+    options.received = [this](const WebClient& client, std::string_view message) {
+      addresses_.push_back(client.address);
+      server_->send(client.number, std::string(message));
+    };
+    options.left = [this](const WebClient&) { gone_.release(); };
+    server_.emplace(options);
+  }
+
+  std::vector<std::string> addresses_;  // written before the answer is sent
+  std::counting_semaphore<> gone_{0};
+  std::optional<WebServer> server_;
+};
+
+TEST_F(EchoTest, AnswersTheClientThatAskedAndNoOther) {
+  WebSocketClient first(server_->port());
+  WebSocketClient second(server_->port());
+  first.write("a");
+  EXPECT_EQ(first.read(), "a");
+  second.write("b");
+  second.write("c");
+  EXPECT_EQ(second.read(), "b");
+  EXPECT_EQ(second.read(), "c");
+  server_->publish(Channel::kCell, "cell");
+  EXPECT_EQ(first.read(), "cell");
+  EXPECT_TRUE(addresses_.front().starts_with("127.0.0.1:")) << addresses_.front();
+}
+
+TEST_F(EchoTest, SaysWhenAClientHasGone) {
+  { const WebSocketClient short_lived(server_->port()); }
+  EXPECT_TRUE(gone_.try_acquire_for(std::chrono::seconds(60)));
+}
+
+TEST_F(EchoTest, GivesAForeignPageNoWayToSend) {
+  const std::uint16_t port = server_->port();
+  EXPECT_NE(status_of([port] { WebSocketClient(port, "http://evil.example"); }), "accepted");
+  EXPECT_NE(status_of([port] { WebSocketClient(port, "null"); }), "accepted") << "a file, or a frame in a sandbox";
+  EXPECT_NE(status_of([port] { WebSocketClient(port, "http://evil.example", "evil.example"); }), "accepted")
+      << "a name that was made to resolve to this machine";
+  EXPECT_NE(status_of([port] { WebSocketClient(port, "https://localhost"); }), "accepted");
 }
 
 }  // namespace

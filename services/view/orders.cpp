@@ -1,0 +1,379 @@
+#include "services/view/orders.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <sys/random.h>
+
+#include "services/config/text.hpp"
+#include "services/runtime/log.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using view::Json;
+
+constexpr std::size_t kTokenBytes = 32;
+constexpr std::size_t kMostWaiting = 32;    // orders in a queue
+constexpr std::size_t kMostReplies = 4096;  // that no server has taken
+constexpr double kOrdersPerSecond = 10.0;   // of one page
+constexpr double kOrdersAtOnce = 20.0;      // of one page
+constexpr std::size_t kLongestName = 128;   // of a goal or an obstacle [byte]
+constexpr Seconds kOrderLimit{3.0};         // for the answer of the cell
+
+/// The order is not carried out, for this reason: a sentence.
+struct Refusal : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+std::string text_in(const Json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end() || !found->is_string() || found->get_ref<const std::string&>().size() > kLongestName) {
+    throw Refusal(std::string("the order needs '") + key + "', a text of at most " + std::to_string(kLongestName) +
+                  " bytes");
+  }
+  return found->get<std::string>();
+}
+
+std::vector<double> numbers_in(const Json& message, const char* key, std::size_t count) {
+  std::vector<double> numbers;
+  const auto found = message.find(key);
+  if (found != message.end() && found->is_array() && found->size() == count) {
+    for (const Json& number : *found) {
+      if (number.is_number() && std::isfinite(number.get<double>())) numbers.push_back(number.get<double>());
+    }
+  }
+  if (numbers.size() == count) return numbers;
+  throw Refusal(std::string("the order needs '") + key + "', a list of " + std::to_string(count) + " numbers");
+}
+
+/// As pose_json().
+Pose pose_in(const Json& message) {
+  const std::vector<double> n = numbers_in(message, "pose", 7);
+  const double norm = std::hypot(std::hypot(n[3], n[4]), std::hypot(n[5], n[6]));
+  if (!(std::abs(norm - 1.0) < 1e-3)) throw Refusal("the rotation of 'pose' must be a unit quaternion");
+  return {{n[0], n[1], n[2]}, {n[6] / norm, n[3] / norm, n[4] / norm, n[5] / norm}};
+}
+
+Shape shape_in(const Json& message) {
+  const auto shape = message.find("shape");
+  if (shape == message.end() || !shape->is_object()) throw Refusal("the order needs 'shape'");
+  const std::string kind = text_in(*shape, "kind");
+  if (kind == "box") {
+    const std::vector<double> size = numbers_in(*shape, "size", 3);
+    return Box{size[0], size[1], size[2]};
+  }
+  if (kind == "sphere") return Sphere{numbers_in(*shape, "size", 1)[0]};
+  if (kind == "cylinder") {
+    const std::vector<double> size = numbers_in(*shape, "size", 2);
+    return Cylinder{size[0], size[1]};
+  }
+  throw Refusal("'" + config::printable(kind) + "' is no shape that a page can add; use box, sphere or cylinder");
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  if (names.empty()) return "the cell";
+  return config::listed(std::vector<std::string_view>(names.begin(), names.end()));
+}
+
+/// What follows the answer to an order.
+std::string with_warning(const std::string& sentence, const Receipt& receipt) {
+  return receipt.warning ? sentence + "; " + receipt.warning.text : sentence;
+}
+
+}  // namespace
+
+std::string random_token() {
+  std::array<unsigned char, kTokenBytes> bytes{};
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw std::runtime_error("the kernel gives no random numbers for the token of --control");
+  }
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += kDigits[byte >> 4U];
+    token += kDigits[byte & 15U];
+  }
+  return token;
+}
+
+bool same_token(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  volatile unsigned char difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    difference =
+        static_cast<unsigned char>(difference | (static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i])));
+  }
+  return difference == 0;
+}
+
+Orders::Orders(const config::CellFile& file, OrderOptions options, std::shared_ptr<client::Connection> connection)
+    : file_(file), options_(std::move(options)), connection_(std::move(connection)) {
+  workers_[0] = std::jthread([this](const std::stop_token& stop) { work(stop, stops_); });
+  workers_[1] = std::jthread([this](const std::stop_token& stop) { work(stop, others_); });
+}
+
+Orders::~Orders() {
+  for (std::jthread& worker : workers_) worker.request_stop();
+  for (std::jthread& worker : workers_) worker.join();
+  connection_.reset();  // ends the callbacks of goals, which use the other members
+}
+
+// --- messages of pages
+
+void Orders::received(const WebClient& page, std::string_view message, Clock::time_point now) {
+  const Json json = Json::parse(message, nullptr, false);
+  if (!json.is_object()) return;
+  Sender from{page, 0};
+  if (const auto id = json.find("id"); id != json.end() && id->is_number_integer()) from.id = id->get<std::int64_t>();
+  const std::lock_guard lock(mutex_);
+  try {
+    accept(from, json, now);
+  } catch (const Refusal& refusal) {
+    const auto op = json.find("op");
+    answer(from, op != json.end() && op->is_string() ? op->get<std::string>().substr(0, kLongestName) : "", false, true,
+           refusal.what());
+  }
+}
+
+void Orders::accept(const Sender& from, const Json& message, Clock::time_point now) {
+  const std::string op = text_in(message, "op");
+  if (controls(from.page)) controller_->heard = now;
+  if (op == "alive") return;
+  // The stop of the cell has no limit: those that wait are one.
+  if (op == "stop" && arms_in(message).empty()) return stop_cell(from);
+  if (!may_send(from.page, now)) throw Refusal("this page sends too many orders");
+  if (op == "take") return take_control(from, message, now);
+  if (op == "release") {
+    if (controls(from.page)) end_control("released");
+    return answer(from, op, true, true, "released");
+  }
+  enqueue(op == "stop" ? stops_ : others_, order_of(from, op, message));
+}
+
+void Orders::take_control(const Sender& from, const Json& message, Clock::time_point now) {
+  if (options_.token.empty()) throw Refusal("this view was started without --control: its pages only stop the cell");
+  if (!connection_) throw Refusal(options_.refused_as);
+  if (!same_token(text_in(message, "token"), options_.token)) {
+    log_warning("wrong token of a page", {{"page", from.page.address}});
+    throw Refusal("the token is wrong: open the address that 'hecaton view --control' has printed");
+  }
+  if (controller_ && !controls(from.page)) {
+    throw Refusal("the page at " + controller_->page.address + " controls the cell, until it releases it or is closed");
+  }
+  if (!controller_) log_info("a page takes control", {{"page", from.page.address}});
+  controller_ = Controller{from.page, now};
+  control_changed_ = true;
+  answer(from, "take", true, true, "this page controls the cell");
+}
+
+void Orders::end_control(const char* reason) {
+  log_info("a page no longer controls", {{"page", controller_->page.address}, {"reason", reason}});
+  controller_.reset();
+  control_changed_ = true;
+}
+
+void Orders::stop_cell(const Sender& from) {
+  if (!options_.stop && !controls(from.page)) throw Refusal("this view was started with --no-stop");
+  if (!stops_.waiting.empty() && stops_.waiting.back().subject == "the cell") {
+    std::vector<Sender>& senders = stops_.waiting.back().senders;
+    if (senders.size() < kMostWaiting) senders.push_back(from);
+    return;
+  }
+  enqueue(stops_, {{from}, "stop", "the cell", [](const Cell& cell, const Wait& wait) {
+                     return with_warning("the cell is stopped", cell.stop(wait));
+                   }});
+}
+
+void Orders::enqueue(Queue& queue, Order order) {
+  if (!connection_) throw Refusal(options_.refused_as);
+  if (queue.waiting.size() >= kMostWaiting) throw Refusal("too many orders wait for the cell");
+  queue.waiting.push_back(std::move(order));
+  queue.arrived.notify_one();
+}
+
+Orders::Order Orders::order_of(const Sender& from, const std::string& op, const Json& message) {
+  if (!controls(from.page)) throw Refusal("this page does not control the cell");
+  Order order{{from}, op, {}, {}};
+  if (op == "hold" || op == "resume" || op == "stop") {
+    const std::vector<std::string> arms = arms_in(message);
+    order.subject = listed(arms);
+    order.action = [op, arms, subject = order.subject](const Cell& cell, const Wait& wait) {
+      const Receipt receipt = op == "hold"   ? cell.hold(arms, wait)
+                              : op == "stop" ? cell.stop(arms, wait)
+                                             : cell.resume(arms, wait);
+      return with_warning(subject + (op == "hold" ? " is held" : op == "stop" ? " is stopped" : " may move"), receipt);
+    };
+  } else if (op == "goal") {
+    order.action = goal_of(from, message, order.subject);
+    order.final = false;
+  } else if (op == "cancel") {
+    // The goal that the page shows, of any client.
+    auto record = std::make_shared<client::GoalRecord>();
+    record->goal.arm(arm_in(message).name);
+    record->goal.goal(text_in(message, "goal"));
+    if (connection_) record->goal.client(connection_->name());
+    order.subject = record->goal.arm();
+    order.action = [this, record](const Cell&, const Wait&) {
+      connection_->cancel(*record);
+      return "cancels goal " + record->goal.goal() + " of " + record->goal.arm();
+    };
+  } else if (op == "obstacle_add" || op == "obstacle_move") {
+    const std::string name = order.subject = text_in(message, "name");
+    const Pose pose = pose_in(message);
+    if (op == "obstacle_move") {
+      order.action = [name, pose](const Cell& cell, const Wait& wait) {
+        return with_warning(name + " is moved", cell.world().move(name, pose, wait));
+      };
+    } else {
+      order.action = [name, pose, shape = shape_in(message)](const Cell& cell, const Wait& wait) {
+        return with_warning(name + " is added", cell.world().add(name, shape, pose, Static{}, wait));
+      };
+    }
+  } else if (op == "obstacle_remove") {
+    order.subject = text_in(message, "name");
+    order.action = [name = order.subject](const Cell& cell, const Wait& wait) {
+      return with_warning(name + " is removed", cell.world().remove(name, wait));
+    };
+  } else {
+    throw Refusal("'" + config::printable(op) + "' is no order that a page can give");
+  }
+  return order;
+}
+
+Orders::Action Orders::goal_of(const Sender& from, const Json& message, std::string& subject) {
+  const planner::Arm& arm = arm_in(message);
+  const std::string named = text_in(message, "named");
+  if (!arm.named.contains(named)) {
+    throw Refusal("arm '" + arm.name + "' has no pose '" + config::printable(named) + "'");
+  }
+  subject = arm.name + " to " + named;
+  return [this, from, name = arm.name, named](const Cell& cell, const Wait&) {
+    const std::string what = name + " to " + named;
+    const auto told = std::make_shared<GoalState>(GoalState::kAccepted);
+    cell.arm(name).go_to(named).on_progress([this, from, what, told](const Progress& progress) {
+      if (*told == progress.state) return;
+      *told = progress.state;
+      const bool ended = is_final(progress.state);
+      std::string text = what + ": " + std::string(name_of(progress.state));
+      if (progress.cause) text += ", " + progress.cause.text;
+      const std::lock_guard lock(mutex_);
+      answer(from, "goal", !ended || progress.state == GoalState::kReached, ended, text);
+      if (ended) log_info("goal of a page ended", {{"subject", what}, {"page", from.page.address}, {"outcome", text}});
+    });
+    return what + ": sent";
+  };
+}
+
+std::vector<std::string> Orders::arms_in(const Json& message) const {
+  const auto found = message.find("arms");
+  if (found == message.end()) return {};
+  if (!found->is_array() || found->size() > file_.cell.arms.size()) {
+    throw Refusal("'arms' must be a list of arms; without it the order is for the cell");
+  }
+  std::vector<std::string> names;
+  for (const Json& name : *found) names.push_back(arm_in(Json::object({{"arm", name}})).name);
+  return names;
+}
+
+const planner::Arm& Orders::arm_in(const Json& message) const {
+  const std::string name = text_in(message, "arm");
+  for (const planner::PlannedArm& planned : file_.cell.arms) {
+    if (planned.arm.name == name) return planned.arm;
+  }
+  throw Refusal("'" + config::printable(name) + "' is no arm of the cell");
+}
+
+bool Orders::controls(const WebClient& page) const {
+  return controller_ && controller_->page.number == page.number;
+}
+
+bool Orders::may_send(const WebClient& page, Clock::time_point now) {
+  Bucket& bucket = buckets_.try_emplace(page.number, Bucket{kOrdersAtOnce, now}).first->second;
+  const double earned = std::chrono::duration<double>(now - bucket.at).count() * kOrdersPerSecond;
+  bucket = {std::min(kOrdersAtOnce, bucket.left + std::max(0.0, earned)), now};
+  if (bucket.left < 1.0) return false;
+  bucket.left -= 1.0;
+  return true;
+}
+
+void Orders::left(const WebClient& page) {
+  const std::lock_guard lock(mutex_);
+  buckets_.erase(page.number);
+  std::erase_if(others_.waiting, [&](const Order& order) { return order.senders.front().page.number == page.number; });
+  if (controls(page)) end_control("its connection is closed");
+}
+
+void Orders::update(Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (controller_ && now - controller_->heard > kControlLease) end_control("it is silent");
+}
+
+Orders::Replies Orders::take_replies() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(replies_, {});
+}
+
+std::optional<Json> Orders::take_control_change() {
+  const std::lock_guard lock(mutex_);
+  if (!std::exchange(control_changed_, false)) return std::nullopt;
+  Json json{{"type", "control"},
+            {"stop", options_.stop && connection_},
+            {"control", !options_.token.empty() && connection_},
+            {"refusal", connection_ ? "" : options_.refused_as},
+            {"controller", nullptr}};
+  if (controller_) json["controller"] = {{"number", controller_->page.number}, {"address", controller_->page.address}};
+  return json;
+}
+
+void Orders::announce_control() {
+  const std::lock_guard lock(mutex_);
+  control_changed_ = true;
+}
+
+// --- the threads
+
+void Orders::work(const std::stop_token& stop, Queue& queue) {
+  while (true) {
+    Order order;
+    {
+      std::unique_lock lock(mutex_);
+      if (!queue.arrived.wait(lock, stop, [&] { return !queue.waiting.empty(); })) return;
+      order = std::move(queue.waiting.front());
+      queue.waiting.pop_front();
+    }
+    carry_out(stop, order);
+  }
+}
+
+void Orders::carry_out(const std::stop_token& stop, const Order& order) {
+  std::string text;
+  bool done = false;
+  try {
+    text = order.action(Cell(connection_), {kOrderLimit, stop});
+    done = true;
+  } catch (const std::exception& error) {
+    text = error.what();
+  }
+  const std::lock_guard lock(mutex_);
+  for (const Sender& sender : order.senders) {
+    log_info("order of a page", {{"order", order.op},
+                                 {"subject", order.subject},
+                                 {"page", sender.page.address},
+                                 {"client", connection_->name()},
+                                 {"done", done},
+                                 {"answer", text}});
+    answer(sender, order.op, done, order.final || !done, text);
+  }
+}
+
+void Orders::answer(const Sender& to, const std::string& op, bool done, bool final, const std::string& text) {
+  if (replies_.size() >= kMostReplies) return;
+  Json json{{"type", "reply"}, {"id", to.id}, {"op", op}, {"done", done}, {"final", final}, {"text", text}};
+  if (op == "take") json["number"] = to.page.number;
+  replies_.emplace_back(to.page.number, std::move(json));
+}
+
+}  // namespace hecaton::services

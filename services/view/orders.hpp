@@ -1,0 +1,133 @@
+#pragma once
+/// Orders of pages: stop from every page, and all others from the one page that controls. It sends them through the
+/// client library and logs each with the address of its page. page/src/orders.ts is the other side.
+///
+/// A page takes control with the token of the view, and keeps it until it releases it, is closed, or has been silent
+/// for kControlLease. No other page can take it meanwhile. An order that waits when its page leaves is not sent, except
+/// a stop.
+///
+/// The stop is an order over the network. It is not a safety function.
+
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <hecaton/client.hpp>
+
+#include "services/client/connection.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/view/json.hpp"
+#include "services/view/web_server.hpp"
+
+namespace hecaton::services {
+
+/// The page sends a message each two seconds while it controls.
+inline constexpr std::chrono::seconds kControlLease{10};
+
+/// 256 bits of the kernel, as 64 hexadecimal digits. Throws std::runtime_error with a sentence.
+[[nodiscard]] std::string random_token();
+/// Takes the same time for all tokens of the same length.
+[[nodiscard]] bool same_token(std::string_view a, std::string_view b);
+
+struct OrderOptions {
+  bool stop = true;        ///< pages without control may stop the cell
+  std::string token;       ///< of the page that controls; empty: no page may control
+  std::string refused_as;  ///< why it has no connection: a sentence; empty: no page shall give orders
+};
+
+/// All public functions are thread-safe.
+class Orders {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Replies = std::vector<std::pair<std::uint64_t, view::Json>>;  ///< number of a WebClient, message to it
+
+  /// `file` must outlive it. `connection`: to the cell; null: every order is refused with `refused_as`.
+  Orders(const config::CellFile& file, OrderOptions options, std::shared_ptr<client::Connection> connection);
+  /// Interrupts the orders that wait for an answer.
+  ~Orders();
+  Orders(const Orders&) = delete;
+  Orders& operator=(const Orders&) = delete;
+
+  /// Takes a message of a page. Does not wait for the cell.
+  void received(const WebClient& page, std::string_view message, Clock::time_point now = Clock::now());
+  void left(const WebClient& page);
+  /// Ends the control of a page that is silent.
+  void update(Clock::time_point now);
+
+  /// What pages shall receive since the last call.
+  [[nodiscard]] Replies take_replies();
+  /// Which page controls and what pages may order, for all pages. Empty: unchanged since the last call.
+  [[nodiscard]] std::optional<view::Json> take_control_change();
+  /// The next take_control_change() is not empty.
+  void announce_control();
+
+ private:
+  /// Carries the order out and returns a sentence, or throws hecaton::Error.
+  using Action = std::function<std::string(const Cell& cell, const Wait& wait)>;
+  struct Sender {
+    WebClient page;
+    std::int64_t id = 0;  ///< that the page gave the order
+  };
+  struct Order {
+    std::vector<Sender> senders;  ///< several: pages that stop the cell at the same time
+    std::string op;
+    std::string subject;  ///< for the log
+    Action action;
+    bool final = true;  ///< the first answer is the last
+  };
+  /// Orders of one thread.
+  struct Queue {
+    std::deque<Order> waiting;
+    std::condition_variable_any arrived;
+  };
+  /// Messages that a page may send now.
+  struct Bucket {
+    double left;
+    Clock::time_point at;
+  };
+  struct Controller {
+    WebClient page;
+    Clock::time_point heard;
+  };
+
+  void accept(const Sender& from, const view::Json& message, Clock::time_point now);
+  void take_control(const Sender& from, const view::Json& message, Clock::time_point now);
+  void end_control(const char* reason);
+  void stop_cell(const Sender& from);
+  void enqueue(Queue& queue, Order order);
+  [[nodiscard]] Order order_of(const Sender& from, const std::string& op, const view::Json& message);
+  [[nodiscard]] Action goal_of(const Sender& from, const view::Json& message, std::string& subject);
+  [[nodiscard]] std::vector<std::string> arms_in(const view::Json& message) const;
+  [[nodiscard]] const planner::Arm& arm_in(const view::Json& message) const;
+  [[nodiscard]] bool controls(const WebClient& page) const;
+  [[nodiscard]] bool may_send(const WebClient& page, Clock::time_point now);
+  void work(const std::stop_token& stop, Queue& queue);
+  void carry_out(const std::stop_token& stop, const Order& order);
+  void answer(const Sender& to, const std::string& op, bool done, bool final, const std::string& text);
+
+  const config::CellFile& file_;
+  const OrderOptions options_;
+  std::shared_ptr<client::Connection> connection_;
+  std::mutex mutex_;  // guards all that follows
+  Queue stops_;
+  Queue others_;
+  Replies replies_;
+  std::map<std::uint64_t, Bucket> buckets_;
+  std::optional<Controller> controller_;
+  bool control_changed_ = true;
+  std::array<std::jthread, 2> workers_;  // last: they use all of it
+};
+
+}  // namespace hecaton::services

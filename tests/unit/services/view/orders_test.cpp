@@ -1,0 +1,153 @@
+#include "services/view/orders.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/free_domain.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+using view::Json;
+
+const std::string kThreePuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+
+/// Orders to a domain without a cell: what the server decides before it sends anything.
+class OrdersTest : public testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<Orders> orders(OrderOptions options) {
+    return std::make_unique<Orders>(file_, std::move(options),
+                                    client::Connection::make(client::join(file_, domain_.number())));
+  }
+  /// The only reply to this message, at once.
+  [[nodiscard]] Json reply_to(const WebClient& page, const Json& message) {
+    orders_->received(page, message.dump(), now_);
+    const Orders::Replies replies = orders_->take_replies();
+    if (replies.size() != 1 || replies.front().first != page.number) return nullptr;
+    return replies.front().second;
+  }
+  [[nodiscard]] Json take(const WebClient& page, const std::string& token) {
+    return reply_to(page, {{"id", 1}, {"op", "take"}, {"token", token}});
+  }
+  [[nodiscard]] std::string controller() {
+    orders_->announce_control();
+    const Json control = *orders_->take_control_change();
+    return control.at("controller").is_null() ? "none" : control.at("controller").at("address").get<std::string>();
+  }
+
+  config::CellFile file_ = config::load_cell_file(kThreePuma);
+  test::FreeDomain domain_;
+  const std::string token_ = random_token();
+  const WebClient first_{1, "127.0.0.1:1001"};
+  const WebClient second_{2, "127.0.0.1:1002"};
+  Orders::Clock::time_point now_ = Orders::Clock::now();
+  std::unique_ptr<Orders> orders_ = orders({true, token_, {}});
+};
+
+TEST(Token, IsLongAndRandomAndComparedAsAWhole) {
+  const std::string token = random_token();
+  EXPECT_EQ(token.size(), 64U);
+  EXPECT_NE(token, random_token());
+  EXPECT_TRUE(same_token(token, std::string(token)));
+  EXPECT_FALSE(same_token(token, token.substr(1)));
+  EXPECT_FALSE(same_token(token, ""));
+  std::string other = token;
+  other.back() = other.back() == '0' ? '1' : '0';
+  EXPECT_FALSE(same_token(token, other));
+}
+
+TEST_F(OrdersTest, RefuseAllButStopFromAPageWithoutControl) {
+  for (const char* op : {"hold", "resume", "goal", "cancel", "obstacle_add", "obstacle_move", "obstacle_remove"}) {
+    const Json reply = reply_to(first_, {{"id", 5}, {"op", op}});
+    EXPECT_EQ(reply.at("text"), "this page does not control the cell") << op;
+    EXPECT_EQ(reply.at("id"), 5);
+    EXPECT_FALSE(reply.at("done"));
+  }
+  const Json arm = reply_to(first_, {{"id", 6}, {"op", "stop"}, {"arms", {"north"}}});
+  EXPECT_EQ(arm.at("text"), "this page does not control the cell");
+}
+
+TEST_F(OrdersTest, GiveControlToOnePageWithTheToken) {
+  EXPECT_FALSE(take(first_, random_token()).at("done"));
+  EXPECT_EQ(controller(), "none");
+  const Json taken = take(first_, token_);
+  EXPECT_TRUE(taken.at("done"));
+  EXPECT_EQ(taken.at("number"), 1);
+  EXPECT_EQ(controller(), first_.address);
+  EXPECT_NE(take(second_, token_).at("text").get<std::string>().find(first_.address), std::string::npos);
+  EXPECT_EQ(controller(), first_.address);
+  EXPECT_TRUE(reply_to(first_, {{"id", 2}, {"op", "release"}}).at("done"));
+  EXPECT_TRUE(take(second_, token_).at("done"));
+  orders_->left(second_);
+  EXPECT_EQ(controller(), "none");
+  EXPECT_TRUE(take(first_, token_).at("done"));
+}
+
+TEST_F(OrdersTest, EndTheControlOfASilentPage) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  now_ += kControlLease;
+  orders_->received(first_, R"({"op": "alive"})", now_);
+  now_ += kControlLease;
+  orders_->update(now_);
+  EXPECT_EQ(controller(), first_.address);
+  orders_->received(second_, R"({"op": "alive"})", now_ + 1s);
+  orders_->update(now_ + 1s);
+  EXPECT_EQ(controller(), "none");
+}
+
+TEST_F(OrdersTest, RefuseControlWithoutTheOption) {
+  orders_ = orders({true, "", {}});
+  EXPECT_NE(take(first_, "").at("text").get<std::string>().find("--control"), std::string::npos);
+  EXPECT_EQ(controller(), "none");
+}
+
+TEST_F(OrdersTest, RefuseStopWithTheOptionUnlessThePageControls) {
+  orders_ = orders({false, token_, {}});
+  EXPECT_NE(reply_to(first_, {{"id", 1}, {"op", "stop"}}).at("text").get<std::string>().find("--no-stop"),
+            std::string::npos);
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  orders_->received(first_, R"({"id": 2, "op": "stop"})", now_);
+  EXPECT_TRUE(orders_->take_replies().empty()) << "it waits for a cell";
+}
+
+TEST_F(OrdersTest, SayWhatIdentityIsMissing) {
+  orders_ = std::make_unique<Orders>(file_, OrderOptions{true, token_, "no identity of the role operator"}, nullptr);
+  EXPECT_EQ(take(first_, token_).at("text"), "no identity of the role operator");
+  EXPECT_EQ(reply_to(first_, {{"id", 1}, {"op", "stop"}}).at("text"), "no identity of the role operator");
+  EXPECT_FALSE(orders_->take_control_change()->at("stop"));
+}
+
+TEST_F(OrdersTest, LimitTheOrdersOfEachPageButNotTheStop) {
+  int limited = 0;
+  for (int i = 0; i < 40; ++i) {
+    limited += reply_to(first_, {{"id", i}, {"op", "hold"}}).at("text") == "this page sends too many orders" ? 1 : 0;
+  }
+  EXPECT_EQ(limited, 20);
+  EXPECT_EQ(reply_to(second_, {{"id", 1}, {"op", "hold"}}).at("text"), "this page does not control the cell");
+  EXPECT_TRUE(reply_to(first_, {{"id", 2}, {"op", "stop"}}).is_null()) << "a stop waits for a cell, and is not refused";
+  now_ += 1s;
+  EXPECT_EQ(reply_to(first_, {{"id", 3}, {"op", "hold"}}).at("text"), "this page does not control the cell");
+}
+
+TEST_F(OrdersTest, RefuseMalformedOrdersWithASentence) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  orders_->received(first_, "{", now_);
+  orders_->received(first_, "[1]", now_);
+  orders_->received(first_, std::string(4000, '['), now_);
+  EXPECT_TRUE(orders_->take_replies().empty()) << "no order has an answer without an object";
+  const auto text = [&](const Json& message) { return reply_to(first_, message).at("text").get<std::string>(); };
+  EXPECT_EQ(text({{"op", 3}}), "the order needs 'op', a text of at most 128 bytes");
+  EXPECT_EQ(text({{"op", "jump"}}), "'jump' is no order that a page can give");
+  EXPECT_EQ(text({{"op", "hold"}, {"arms", {"south"}}}), "'south' is no arm of the cell");
+  EXPECT_EQ(text({{"op", "stop"}, {"arms", 3}}), "'arms' must be a list of arms; without it the order is for the cell");
+  EXPECT_EQ(text({{"op", "goal"}, {"arm", "north"}, {"named", "up\n"}}), "arm 'north' has no pose 'up\\x0a'");
+  EXPECT_EQ(text({{"op", "obstacle_move"}, {"name", "crate"}, {"pose", {1, 2, 3, 0, 0, 0, 0}}}),
+            "the rotation of 'pose' must be a unit quaternion");
+  EXPECT_EQ(text({{"op", "obstacle_move"}, {"name", "crate"}, {"pose", {1, 2, nullptr, 0, 0, 0, 1}}}),
+            "the order needs 'pose', a list of 7 numbers");
+  EXPECT_EQ(text({{"op", "obstacle_remove"}, {"name", std::string(200, 'a')}}),
+            "the order needs 'name', a text of at most 128 bytes");
+}
+
+}  // namespace
+}  // namespace hecaton::services
