@@ -61,8 +61,12 @@ struct Limits {
 /// time, most of them beyond the other ball.
 class Duel {
  public:
-  Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed)
-      : random_(seed), ages_known_(ages_known) {
+  struct Speeds {
+    bool ordered = false;  ///< the speed override of each arm changes all the time
+    bool trusted = false;  ///< each arm assumes that the other one moves at its order already
+  };
+  Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed, Speeds speeds)
+      : random_(seed), ages_known_(ages_known), speeds_(speeds) {
     for (const char* name : {"a", "b"}) {
       Arm arm = test::planar_point(name, kRadius);
       arm.limits.velocity.setConstant(limits.speed);
@@ -88,11 +92,17 @@ class Duel {
         channels_[i].send(now, {drives_[1 - i].q(), drives_[1 - i].qd(), 0.0, true, true});
         channels_[i].receive(now);
         if (random_.uniform() < 0.02) set_goal(i);
+        if (speeds_.ordered && random_.uniform() < 0.03) order_speed(i);
       }
       for (int i = 0; i < 2; ++i) {
         std::array<ArmObservation, 2> seen;
         seen[1 - i] = channels_[i].newest();
         if (channels_[i].known() && ages_known_) seen[1 - i].age = channels_[i].age(now);
+        seen[1 - i].speed = orders_[1 - i];
+        if (speeds_.trusted && channels_[i].known()) {
+          const JointVector most = orders_[1 - i] * arms_[1 - i].limits.velocity;
+          seen[1 - i].qd = seen[1 - i].qd.cwiseMax(-most).cwiseMin(most);
+        }
         const TickResult result = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, seen, {}, false);
         drives_[i].command(result.q, result.qd, kPeriod);
       }
@@ -109,15 +119,22 @@ class Duel {
     controllers_[i].set_goal(random_.uniform() < 0.7 ? beyond : away);
   }
 
+  void order_speed(int i) {
+    orders_[i] = random_.uniform() < 0.4 ? 1.0 : random_.uniform(0.01, 1.0);
+    controllers_[i].order_speed(orders_[i]);
+  }
+
   Random random_;
   bool ages_known_;
+  Speeds speeds_;
+  std::array<double, 2> orders_{1.0, 1.0};
   std::vector<Arm> arms_;
   std::vector<ArmController> controllers_;
   std::vector<ArmModel> drives_;
   std::vector<StateChannel<ArmObservation>> channels_;  ///< [receiver]
 };
 
-double smallest_of_duels(bool ages_known) {
+double smallest_of_duels(bool ages_known, Duel::Speeds speeds = {}) {
   Random random(5);
   double smallest = 10.0;
   for (int trial = 0; trial < 150; ++trial) {
@@ -125,7 +142,7 @@ double smallest_of_duels(bool ages_known) {
     const double age = random.uniform(0.0, 0.1);
     const Limits limits{speed, speed / random.uniform(0.05, 0.3)};
     const NetworkParameters network{.age = age, .jitter = random.uniform(0.0, age), .loss = 0.2, .burst = 2.0};
-    smallest = std::min(smallest, Duel(limits, network, ages_known, random.next()).run(6.0));
+    smallest = std::min(smallest, Duel(limits, network, ages_known, random.next(), speeds).run(6.0));
   }
   return smallest;
 }
@@ -291,6 +308,15 @@ TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConst
 
 TEST(LatencyCompensationProperty, TwoArmsThatApproachEachOtherNeverTouch) {
   EXPECT_GT(smallest_of_duels(true), 0.02);  // dₛ is 0.03
+}
+
+TEST(LatencyCompensationProperty, TwoArmsNeverTouchWhileTheirSpeedOverridesChange) {
+  EXPECT_GT(smallest_of_duels(true, {.ordered = true}), 0.02);  // dₛ is 0.03
+}
+
+// Therefore no margin depends on an order: an ordered speed is not a measured one.
+TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenOrderedSpeedsAreTrusted) {
+  EXPECT_LT(smallest_of_duels(true, {.ordered = true, .trusted = true}), 0.02);
 }
 
 TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenAgesAreIgnored) {
