@@ -1,5 +1,6 @@
 #include "planner/arm_controller.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -22,7 +23,8 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
       scratch_(geometry_, parameters_),
       memory_{LocalMemory(seed)},
       sent_(geometry_.own_arm().limits, control_period),
-      guide_(parameters_.method->make_guide(geometry_.own_arm(), control_period)) {}
+      guide_(parameters_.method->make_guide(geometry_.own_arm(), control_period)),
+      ramp_(geometry_.own_arm().limits) {}
 
 void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
   if (guide_) return guide_->set_obstacles(obstacles);
@@ -122,6 +124,8 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.q = setpoint_->q;
   input.qd = setpoint_->qd;
   if (follows) input.tracking_error = *tracking_error;
+  ramp_.advance(ordered_speed_, input.qd, dt_);
+  speed_ = input.speed_scaling = std::min(input.speed_scaling, ramp_.share());
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
   if ((input.has_goal || aim_) && !input.hold) select_target(input.q);
@@ -136,7 +140,8 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   if (goal_ && free_to_plan) {
     const JointLimits& limits = geometry_.own_arm().limits;
     goal_progress_.note(
-        route_.under_way() ? route_.length(limits, result.q) : joint_difference(limits, result.q, *goal_).norm(), dt_);
+        route_.under_way() ? route_.length(limits, result.q) : joint_difference(limits, result.q, *goal_).norm(),
+        progress_period());
   }
   return result;
 }

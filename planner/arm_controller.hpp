@@ -8,6 +8,7 @@
 
 #include "planner/goal_progress.hpp"
 #include "planner/local/latency_compensation.hpp"
+#include "planner/local/speed_ramp.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "planner/tick.hpp"
 
@@ -40,6 +41,17 @@ class ArmController {
   /// Accounts for skipped periods: the drive had no set-point for `time` [s] and has begun to stop. The next set-point
   /// continues from that stop.
   void skip(double time);
+
+  /// The ordered share of the velocity limits, above 0 to 1, from the next step() on. The limits follow it on a
+  /// SpeedRamp. The lower of the order and OwnArmFeedback::speed_scaling is in force.
+  void order_speed(double share) { ordered_speed_ = share; }
+  /// The share of the velocity limits in force, as of the last step().
+  [[nodiscard]] double speed() const { return speed_; }
+  /// The period in which judgements of progress count [s]: a slow arm gets longer. For an arm that moves the control
+  /// period times speed(), for one that stands the control period.
+  [[nodiscard]] double progress_period() const {
+    return memory_.local.without_progress > 0.0 ? dt_ : dt_ * std::max(speed_, kSlowestShare);
+  }
 
   /// Plans one control period. The set-point continues from the last one. If the measured position deviates from its
   /// reference by more than 0.05 rad or m, the set-point starts again from the measured state. The reference is the
@@ -104,6 +116,9 @@ class ArmController {
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
   std::unique_ptr<MotionGuide> guide_;
+  SpeedRamp ramp_;
+  double ordered_speed_ = 1.0;
+  double speed_ = 1.0;
 };
 
 }  // namespace hecaton::planner

@@ -216,8 +216,8 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   result.yields_to = memory.right_of_way.yields_to;
   const bool yields = result.yields_to >= 0;
   const MotionMethod& method = *input.parameters.method;
-  const MethodInput method_input{input.limits, input.q,  input.qd,   input.q_goal,
-                                 target,       input.dt, input.rows, input.scene};
+  const MethodInput method_input{input.limits, input.q,    input.qd,    input.q_goal, target,
+                                 input.dt,     input.rows, input.scene, input.speed};
   const MethodState state{memory.method, memory.deviation, memory.random, memory.rollout_wait};
   WantedMotion wish;
   if (yields) {

@@ -67,18 +67,16 @@ bool can_give_way(const CellGeometry& geometry, const LocalParameters& parameter
                      [&](const auto& obstacle) { return obstacle.age <= parameters.state_age_limit; });
 }
 
-/// A device that executes nothing any more still has limits above 0.
-constexpr double kSlowest = 0.01;
-
 /// Limits the velocity near obstacles so that every stop takes at most `stop_time` [s], and everywhere to the share
-/// that the device executes. Fills `slower` only if needed.
+/// that this arm may use. Fills `slower` only if needed. Only the choice of the next velocity depends on these limits.
+/// Distances, margins and stop paths use those of the arm, so that no order can make a margin smaller.
 const JointLimits& limits_near(const JointLimits& limits, double stop_time, double speed_scaling, JointLimits& slower) {
   const bool stops_in_time = longest_stop_time(limits) <= stop_time;
   if (stops_in_time && speed_scaling >= 1.0) return limits;
   slower = limits;
   if (!stops_in_time) slower.velocity = limits.velocity.cwiseMin(limits.acceleration * stop_time);
   if (speed_scaling < 1.0)
-    slower.velocity = slower.velocity.cwiseMin(limits.velocity * std::max(speed_scaling, kSlowest));
+    slower.velocity = slower.velocity.cwiseMin(limits.velocity * std::max(speed_scaling, kSlowestShare));
   return slower;
 }
 
@@ -173,7 +171,8 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
                                geometry.self(),
                                input.has_goal,
                                &method_scene,
-                               &s.stop_path};
+                               &s.stop_path,
+                               std::clamp(input.speed_scaling, kSlowestShare, 1.0)};
   const LocalResult local = plan_locally(local_input, memory.local);
 
   TickResult result;

@@ -15,6 +15,9 @@
 
 namespace hecaton::planner {
 
+/// A device that executes nothing any more, and an arm that may hardly move, still have limits of this share.
+inline constexpr double kSlowestShare = 0.01;
+
 struct TickInput {
   double dt = 0.010;           ///< control period [s]
   JointVector q;               ///< own reference position: the last set-point [rad | m]
@@ -23,7 +26,7 @@ struct TickInput {
   JointVector q_goal;          ///< [rad | m]; ignored without goal
   bool has_goal = false;       ///< false: the arm keeps its position, but gives way
   bool hold = false;           ///< the arm brakes on its stop profile and stays
-  double speed_scaling = 1.0;  ///< share of the velocity limits that the device executes, 0 to 1
+  double speed_scaling = 1.0;  ///< share of the velocity limits that this arm may use, 0 to 1
   std::span<const ArmObservation> arms;
   std::span<const world::ObstacleState> obstacles;  ///< one per obstacle of the geometry
 };

@@ -44,6 +44,7 @@ struct PeriodInputs {
   std::span<const ArmObservation> arms;             ///< of the whole cell
   std::span<const world::ObstacleState> obstacles;  ///< of the whole cell, in the order of PeriodEvents::obstacles
   bool hold = false;                                ///< the arm must brake and stay
+  double speed = 1.0;                               ///< ordered share of the velocity limits, above 0 to 1
   bool commands = true;      ///< false: another planner commands the arm; this planner asks and proposes nothing
   std::uint64_t number = 0;  ///< growing number of the set-point for the drive; 0: the set-point is not sent
   SearchAnswers answers;

@@ -50,6 +50,7 @@ struct ArmObservation {
   JointVector position_uncertainty = {};  ///< half width about q of each joint; empty: q is exact [rad | m]
   CoupledPlanProgress progress = {};      ///< in the coupled plan that it has joined
   std::shared_ptr<const CoupledPlan> proposal = nullptr;  ///< its own proposal; null: none
+  double speed = 1.0;  ///< ordered share of its velocity limits, for predictions; no margin may depend on it
 
   [[nodiscard]] bool lost() const { return position_uncertainty.size() > 0; }  ///< no process reports its position
 };

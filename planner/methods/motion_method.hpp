@@ -74,6 +74,7 @@ struct MethodInput {
   double dt;                  ///< control period [s]
   std::span<const Row> rows;  ///< constraints on the velocity
   const MethodScene* scene;   ///< null if the local planner runs without a tick, as in tests
+  double speed = 1.0;         ///< share of the arm's velocity limits that it may use; time limits count with it
 };
 
 /// The deviation of an arm from the straight line. The method sets it; the rest of the planner reads it and may end it.

@@ -58,6 +58,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
       arm.has_goal = controller.goal().has_value();
       if (arm.has_goal) arm.q_goal = *controller.goal();
       arm.plans = true;
+      arm.speed = controller.speed();
       arm.memory = controller.memory();
       arm.memory.rollout_wait = 0.0;       // kContinue means to deviate now
       arm.memory.detour.of_route = false;  // the simulation ends at the next point of the route
@@ -70,6 +71,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.q_goal = seen.q_goal;
     arm.has_goal = seen.has_goal;
     arm.plans = seen.plans;
+    arm.speed = seen.speed;
     arm.position_uncertainty = seen.position_uncertainty;
     // The seeds of other arms are unknown; each gets a stream of its own.
     arm.memory = LocalMemory(static_cast<std::uint64_t>(i) + 1);

@@ -35,7 +35,8 @@ constexpr double kToleratedOfMoving = 0.05;
 constexpr double kCostOfMargin = 50.0;
 
 double straight_time(const JointLimits& limits, const RolloutArm& arm) {
-  return joint_difference(limits, arm.q, arm.q_goal).cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff();
+  return joint_difference(limits, arm.q, arm.q_goal).cwiseAbs().cwiseQuotient(limits.velocity).maxCoeff() /
+         std::max(arm.speed, kSlowestShare);
 }
 
 template <typename T>

@@ -62,6 +62,7 @@ void RolloutSimulation::step() {
     input.has_goal = arm.has_goal;
     input.arms = seen_;
     input.obstacles = obstacles_;
+    input.speed_scaling = arm.speed;
     TickMemory memory{std::move(arm.memory)};
     const TickResult result = tick(geometries_[i], parameters_[i], input, memory, scratch_[i]);
     arm.memory = std::move(memory.local);

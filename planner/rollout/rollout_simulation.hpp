@@ -22,6 +22,7 @@ struct RolloutArm {
   bool has_goal = false;             ///< false: it only gives way
   bool plans = false;                ///< false: it stands still
   JointVector position_uncertainty;  ///< of a lost arm (ArmObservation)
+  double speed = 1.0;                ///< share of its velocity limits that it uses, 0 to 1
   LocalMemory memory;                ///< memory of its planner, as far as known
 };
 

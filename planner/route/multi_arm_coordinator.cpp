@@ -14,7 +14,8 @@ constexpr double kStartTolerance = 0.3;
 constexpr double kGoalTolerance = 0.05;
 /// A point is reached within this, in each joint [rad | m].
 constexpr double kPointTolerance = 0.08;
-/// Time-outs for all arms to join, and for all arms to reach the next point [s].
+/// Time-outs for all arms to join, and for all arms to reach the next point [s]; the second counts
+/// with the speed of the slowest arm.
 constexpr double kJoinTimeout = 1.0;
 constexpr double kPointTimeout = 4.0;
 /// The interval between questions grows by this factor, up to kMaxInterval [s].
@@ -170,15 +171,18 @@ void MultiArmCoordinator::advance(const ArmController& controller, std::span<con
   int reached_by_all = part_.progress.reached;
   bool all_joined = true;
   bool failed = false;
+  double slowest = controller.speed();
   for (const int i : part_.plan->arms) {
     if (i == self) continue;
+    slowest = std::min(slowest, arms[i].speed);
     failed = failed || !arms[i].plans || arms[i].lost();  // its last progress is no longer valid
     const bool joined = arms[i].progress.of(part_.progress.proposer, part_.progress.number);
     all_joined = all_joined && joined;
     reached_by_all = std::min(reached_by_all, joined ? arms[i].progress.reached : -1);
   }
+  const double counted = part_.all_joined ? dt * std::max(slowest, kSlowestShare) : dt;
   part_.since_progress =
-      reached_by_all > part_.reached_by_all || (all_joined && !part_.all_joined) ? 0.0 : part_.since_progress + dt;
+      reached_by_all > part_.reached_by_all || (all_joined && !part_.all_joined) ? 0.0 : part_.since_progress + counted;
   const bool left = part_.all_joined && !all_joined && part_.reached_by_all < last;
   part_.all_joined = part_.all_joined || all_joined;
   part_.reached_by_all = std::max(part_.reached_by_all, reached_by_all);

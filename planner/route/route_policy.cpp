@@ -64,7 +64,7 @@ RoutePolicy::Next RoutePolicy::next(const ArmController& controller, const TickR
     const double left = route.length(controller.geometry().own_arm().limits, controller.setpoint().q);
     const bool nearer = !on_route_ || left < kProgressFactor * nearest_;
     if (nearer) nearest_ = left;
-    stuck_ = nearer || result.yields_to >= 0 ? 0.0 : stuck_ + dt;
+    stuck_ = nearer || result.yields_to >= 0 ? 0.0 : stuck_ + controller.progress_period();
     next.leaves_route = stuck_ > kRouteTimeout;
   }
   on_route_ = route.under_way() && !next.leaves_route;

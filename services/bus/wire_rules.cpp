@@ -244,6 +244,9 @@ constexpr std::array kLostArmFields{name_of("arm"), stamp("stamp_ns"), positions
 constexpr StructRule kLostArm{"LostArm", kLostArmFields};
 constexpr std::array kArmOrderFields{name_of("arm"), kMode, kOrdered, nested("cause", kCause)};
 constexpr StructRule kArmOrder{"ArmOrder", kArmOrderFields};
+constexpr FieldRule kSpeed = number("speed", 0.01, 1.0);
+constexpr std::array kArmSpeedFields{name_of("arm"), kSpeed};
+constexpr StructRule kArmSpeed{"ArmSpeed", kArmSpeedFields};
 constexpr std::array kCellModeFields{kSchema,
                                      term("term"),
                                      count("sequence_number"),
@@ -253,6 +256,8 @@ constexpr std::array kCellModeFields{kSchema,
                                      kOrdered,
                                      nested("cause", kCause),
                                      list("arms", kArmOrder, kMostArms),
+                                     kSpeed,
+                                     list("speeds", kArmSpeed, kMostArms),
                                      list("lost_arms", kLostArm, kMostArms),
                                      list("leases", kLease, kMostArms)};
 constexpr StructRule kCellMode{"CellMode", kCellModeFields};
@@ -358,11 +363,17 @@ constexpr std::array kContactReportFields{kSchema,
 constexpr StructRule kContactReport{"ContactReport", kContactReportFields};
 
 // supervisor.idl
-constexpr std::array kSupervisorRequestFields{kSchema, name_of("client"), count("request_id"),
-                                              choice("kind", msg::RequestKind::REQUEST_STOP), names("arms", kMostArms)};
+/// The supervisor refuses a speed beyond the limits with a sentence, so that the client gets a reply.
+constexpr std::array kSupervisorRequestFields{kSchema,
+                                              name_of("client"),
+                                              count("request_id"),
+                                              choice("kind", msg::RequestKind::REQUEST_SLOWER),
+                                              names("arms", kMostArms),
+                                              position("speed")};
 constexpr StructRule kSupervisorRequest{"SupervisorRequest", kSupervisorRequestFields};
 constexpr std::array kArmStatusFields{name_of("arm"),
                                       kMode,
+                                      kSpeed,
                                       boolean("driver_alive"),
                                       boolean("planner_alive"),
                                       name_of("planner"),

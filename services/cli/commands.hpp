@@ -20,6 +20,7 @@ void add_status_commands(CLI::App& app, Session& session);  ///< status, arms, f
 void add_goal(CLI::App& app, Session& session);
 void add_wait(CLI::App& app, Session& session);
 void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, stop
+void add_speed(CLI::App& app, Session& session);
 void add_device(CLI::App& app, Session& session);
 void add_obstacle(CLI::App& app, Session& session);
 void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach

@@ -70,6 +70,7 @@ Json to_json(const msg::ArmStatus& arm) {
   const msg::ArmState& state = arm.state();
   Json json{{"name", arm.arm()},
             {"mode", text(arm.mode())},
+            {"speed", arm.speed()},
             {"driver_alive", arm.driver_alive()},
             {"planner_alive", arm.planner_alive()},
             {"planner", arm.planner()},
@@ -190,6 +191,12 @@ Json orders_json(const msg::CellMode& mode) {
   return json;
 }
 
+Json speeds_json(const msg::CellMode& mode) {
+  Json json = Json::array();
+  for (const msg::ArmSpeed& own : mode.speeds()) json.push_back({{"arm", own.arm()}, {"speed", own.speed()}});
+  return json;
+}
+
 Json to_json(const msg::LostArm& lost) {
   return {
       {"arm", lost.arm()}, {"q", lost.q()}, {"qd", lost.qd()}, {"braking_delay_bound_s", lost.braking_delay_bound()}};
@@ -201,6 +208,8 @@ Json to_json(const msg::CellMode& mode) {
           {"lost_arms", list_json(mode.lost_arms())},
           {"stopped_arms", arms_on(mode, msg::Mode::MODE_STOP)},
           {"cause", to_json(mode.cause())},
+          {"speed", mode.speed()},
+          {"arm_speeds", speeds_json(mode)},
           {"arm_orders", orders_json(mode)},
           {"term", mode.term()}};
 }

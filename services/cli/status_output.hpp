@@ -29,7 +29,9 @@ namespace hecaton::services::cli {
 [[nodiscard]] std::string hosts_text(const msg::CellStatus& status, const Palette& palette);
 [[nodiscard]] std::string faults_text(const msg::CellStatus& status, const Palette& palette);
 [[nodiscard]] std::string obstacles_text(const msg::CellStatus& status, const Palette& palette);
-/// "cell three_puma: run, held arm2"
+/// "30 %", at most two decimals
+[[nodiscard]] std::string speed_text(double speed);
+/// "cell three_puma: run, speed 30 %, held arm2"
 [[nodiscard]] std::string mode_text(const msg::CellStatus& status, const Palette& palette);
 /// Everything but hosts and obstacles.
 [[nodiscard]] std::string status_text(const msg::CellStatus& status, const Palette& palette);

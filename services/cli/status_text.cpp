@@ -74,6 +74,11 @@ std::string drive_text(const msg::ArmStatus& arm, const Palette& palette) {
   return arm.state().mode() == msg::ArmMode::ARM_FAILED ? palette.red(word) : word;
 }
 
+std::string override_text(const msg::ArmStatus& arm, const Palette& palette) {
+  std::string speed = speed_text(arm.speed());
+  return arm.speed() < kFullSpeed ? palette.yellow(speed) : speed;
+}
+
 std::string planner_text(const msg::ArmStatus& arm, const Palette& palette) {
   std::string text = arm.planner() + ", " + std::to_string(arm.term());
   return arm.standby().empty() ? text + palette.yellow(" (no standby)") : text;
@@ -139,6 +144,8 @@ double fault_duration(const msg::Fault& fault) {
 std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
   // The planner of an arm changes only in cells with standby planners.
   const bool has_standbys = !status.mode().leases().empty();
+  const bool has_overrides = std::any_of(status.arms().begin(), status.arms().end(),
+                                         [](const msg::ArmStatus& arm) { return arm.speed() < kFullSpeed; });
   std::vector<Table::Column> columns{{"arm"},
                                      {"mode"},
                                      {"drive"},
@@ -147,6 +154,7 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
                                      {"for", Align::kRight},
                                      {"carries"},
                                      {"age", Align::kRight}};
+  if (has_overrides) columns.push_back({"speed", Align::kRight});
   if (has_standbys) columns.push_back({"planner, term"});
   columns.push_back({"waits for, or is limited by"});
   Table table(columns);
@@ -162,6 +170,7 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
     std::vector<std::string> cells{
         arm.arm(), coloured(arm.mode(), palette), drive_text(arm, palette),      goal, distance,
         elapsed,   arm.state().carried(),         duration_text(arm.state_age())};
+    if (has_overrides) cells.push_back(override_text(arm, palette));
     if (has_standbys) cells.push_back(planner_text(arm, palette));
     cells.push_back(waiting_text(arm));
     table.add(cells);
@@ -251,8 +260,23 @@ std::string obstacles_text(const msg::CellStatus& status, const Palette& palette
   return table.text(palette);
 }
 
+std::string speed_text(double speed) {
+  std::string number = decimal_text(100.0 * speed, 2);
+  if (number.find('.') != std::string::npos) {
+    number.erase(number.find_last_not_of('0') + 1);
+    if (number.back() == '.') number.pop_back();
+  }
+  return number + " %";
+}
+
 std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
   std::string out = palette.bold("cell " + status.cell()) + ": " + coloured(status.mode().mode(), palette);
+  std::string speeds;
+  if (status.mode().speed() < kFullSpeed) speeds = speed_text(status.mode().speed());
+  for (const msg::ArmSpeed& own : status.mode().speeds()) {
+    speeds += (speeds.empty() ? "" : ", ") + own.arm() + " " + speed_text(own.speed());
+  }
+  if (!speeds.empty()) out += ", " + palette.yellow("speed " + speeds);
   const auto add_arms = [&](const char* word, const std::vector<std::string>& arms) {
     if (arms.empty()) return;
     out += std::string(", ") + word;

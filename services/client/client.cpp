@@ -6,6 +6,7 @@
 #include "services/client/connection.hpp"
 #include "services/client/convert.hpp"
 #include "services/config/text.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton {
 namespace {
@@ -19,6 +20,19 @@ Receipt receipt_of(const msg::WorldEditReply& reply) {
 
 Receipt order(Connection& connection, msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
   const msg::SupervisorReply reply = connection.order(kind, arms, wait);
+  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
+  return {0, client::to_public(reply.cause())};
+}
+
+Receipt order_speed(Connection& connection, double speed, const std::vector<std::string>& arms, const Wait& wait) {
+  if (!(speed >= services::kSlowestSpeed && speed <= services::kFullSpeed)) {  // true for NaN
+    throw InvalidArgument("speed = " + std::to_string(speed) + " must be 0.01 to 1");
+  }
+  msg::SupervisorRequest request;
+  request.kind(msg::RequestKind::REQUEST_SPEED);
+  request.arms(arms);
+  request.speed(speed);
+  const msg::SupervisorReply reply = connection.order(std::move(request), wait);
   if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
   return {0, client::to_public(reply.cause())};
 }
@@ -179,6 +193,10 @@ void Arm::stop(const Wait& wait) const {
   order(*connection_, msg::RequestKind::REQUEST_STOP, {name_}, wait);
 }
 
+void Arm::set_speed(double speed, const Wait& wait) const {
+  order_speed(*connection_, speed, {name_}, wait);
+}
+
 World::World(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
 
 Receipt World::add(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion,
@@ -284,6 +302,14 @@ Receipt Cell::resume(const std::vector<std::string>& arms, const Wait& wait) con
 
 Receipt Cell::stop(const std::vector<std::string>& arms, const Wait& wait) const {
   return order(*connection_, msg::RequestKind::REQUEST_STOP, arms, wait);
+}
+
+Receipt Cell::set_speed(double speed, const Wait& wait) const {
+  return order_speed(*connection_, speed, {}, wait);
+}
+
+Receipt Cell::set_speed(double speed, const std::vector<std::string>& arms, const Wait& wait) const {
+  return order_speed(*connection_, speed, arms, wait);
 }
 
 std::vector<Fault> Cell::faults() const {

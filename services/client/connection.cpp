@@ -345,11 +345,15 @@ std::optional<msg::CellStatus> Connection::poll_status(Seconds limit) {
 }
 
 msg::SupervisorReply Connection::order(msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
-  static_cast<void>(status(wait));
   msg::SupervisorRequest request;
   request.kind(kind);
   request.arms(arms);
-  auto replies = call(*endpoints_.supervisor, request, wait, {});
+  return order(std::move(request), wait);
+}
+
+msg::SupervisorReply Connection::order(msg::SupervisorRequest request, const Wait& wait) {
+  static_cast<void>(status(wait));
+  auto replies = call(*endpoints_.supervisor, std::move(request), wait, {});
   if (replies.empty()) throw unreachable();
   note(replies.front().status());
   return std::move(replies.front());

@@ -80,6 +80,8 @@ class Connection {
   /// like status().
   [[nodiscard]] msg::SupervisorReply order(msg::RequestKind kind, const std::vector<std::string>& arms,
                                            const Wait& wait);
+  /// The same for a request whose client and number are not set yet.
+  [[nodiscard]] msg::SupervisorReply order(msg::SupervisorRequest request, const Wait& wait);
   /// Sends an edit to the world service and waits for its reply. Throws Unreachable, NoAnswer, Interrupted;
   /// InvalidArgument when several cells answer.
   [[nodiscard]] msg::WorldEditReply edit(msg::WorldEditRequest request, const Wait& wait);

@@ -173,6 +173,7 @@ CellStatus to_public(const msg::CellStatus& status) {
   cell.cell = status.cell();
   cell.mode = same<CellMode>(status.mode().mode());
   cell.cause = to_public(status.mode().cause());
+  cell.speed = status.mode().speed();
   for (const msg::ArmOrder& order : status.mode().arms()) {
     (order.mode() == msg::Mode::MODE_STOP ? cell.stopped_arms : cell.held_arms).push_back(order.arm());
   }
@@ -182,6 +183,7 @@ CellStatus to_public(const msg::CellStatus& status) {
     ArmStatus& entry = cell.arms.emplace_back();
     entry.name = arm.arm();
     entry.mode = same<CellMode>(arm.mode());
+    entry.speed = arm.speed();
     entry.driver_alive = arm.driver_alive();
     entry.planner_alive = arm.planner_alive();
     if (arm.state_age() >= 0.0) entry.state = to_public(arm.state(), Seconds(arm.state_age()));

@@ -215,6 +215,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
   for (std::size_t i = 0; i < received_.size(); ++i) {
     planner::ArmObservation& seen = observations_[i];
     seen.position_uncertainty.resize(0);
+    seen.speed = mode.speed(names_[i]);
     const bool is_lost = lost(static_cast<int>(i), now, mode);
     const Coordination* coordination = is_lost ? nullptr : active_coordination(static_cast<int>(i));
     seen.progress = coordination != nullptr ? coordination->progress : planner::CoupledPlanProgress{};

@@ -137,6 +137,7 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   inputs.arms = arms_.observe(sent, context.mode);
   inputs.obstacles = obstacles_.states(sent);
   inputs.hold = context.hold;
+  inputs.speed = context.mode.speed(name());
   inputs.commands = context.commands;
   inputs.number = next_number(context);
   inputs.answers = searches.answers();

@@ -182,6 +182,13 @@ void bind_session(py::module_& module) {
             return give(self, Order::kStop, arms, timeout);
           },
           py::arg("arms"), py::arg("timeout"))
+      .def(
+          "set_speed",
+          [](Session& self, double speed, const std::vector<std::string>& arms, const Limit& timeout) {
+            return self.call(limit_of(timeout),
+                             [&](const Cell& cell, const Wait& wait) { return cell.set_speed(speed, arms, wait); });
+          },
+          py::arg("speed"), py::arg("arms"), py::arg("timeout"))
       .def("faults", &Session::faults)
       .def("watch_faults", &Session::watch_faults)
       .def("next_event", &Session::next_event)

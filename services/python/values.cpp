@@ -330,6 +330,7 @@ void bind_status(py::module_& module) {
   Value<ArmStatus>(module, "ArmStatus", "The status of an arm as its supervisor reports it.")
       .field("name", &ArmStatus::name, "in the cell file")
       .field("mode", &ArmStatus::mode, "run, hold or stop: the stricter of cell and arm")
+      .field("speed", &ArmStatus::speed, "speed override in force: the lower of the cell's and the arm's own")
       .field("driver_alive", &ArmStatus::driver_alive, "heartbeats of its driver arrive")
       .field("planner_alive", &ArmStatus::planner_alive, "heartbeats of the planner in charge arrive")
       .field("state", &ArmStatus::state, "None: the supervisor has received none")
@@ -352,6 +353,7 @@ void bind_status(py::module_& module) {
       .field("mode", &CellStatus::mode, "run, hold or stop")
       .computed(
           "cause", [](const CellStatus& status) { return if_any(status.cause); }, "why the mode is not run")
+      .field("speed", &CellStatus::speed, "speed override of the cell, 0.01 to 1")
       .field("held_arms", &CellStatus::held_arms, "by name or by a fault")
       .field("stopped_arms", &CellStatus::stopped_arms, "by name")
       .field("supervisor", &CellStatus::supervisor, "node that leads")

@@ -73,6 +73,12 @@ msg::Mode CellModeView::order(std::string_view arm) const {
   return former_ ? std::max(now, ordered_in(*former_, arm)) : now;
 }
 
+double CellModeView::speed(std::string_view arm) const {
+  if (!heard_ && term_ == 0) return kSlowestSpeed;
+  const double now = speed_in(mode_, arm);
+  return former_ ? std::min(now, speed_in(*former_, arm)) : now;
+}
+
 msg::Cause CellModeView::why(std::string_view arm) const {
   if (!heard_) {
     return make_cause(

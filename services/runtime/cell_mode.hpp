@@ -48,6 +48,9 @@ class CellModeView {
   [[nodiscard]] const msg::LostArm* lost(std::string_view arm) const;
   /// The stricter of the cell's order and the arm's own; MODE_HOLD while the order is unknown.
   [[nodiscard]] msg::Mode order(std::string_view arm) const;
+  /// The arm's speed override: the lower of the cell's and its own. It remains while the order is unknown.
+  /// kSlowestSpeed before the first cell mode.
+  [[nodiscard]] double speed(std::string_view arm) const;
   /// Why the order is not MODE_RUN; CAUSE_NONE when it is, CAUSE_MODE_UNKNOWN while the order is unknown.
   [[nodiscard]] msg::Cause why(std::string_view arm) const;
 

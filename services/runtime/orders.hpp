@@ -1,5 +1,5 @@
 #pragma once
-/// Operator orders (run, hold, stop) as values. Standard library and the generated values only.
+/// Operator orders (run, hold, stop, speed override) as values. Standard library and the generated values only.
 
 #include <algorithm>
 #include <map>
@@ -26,12 +26,23 @@ namespace hecaton::services {
   return "unknown";
 }
 
-/// The operators' orders for the cell and its arms. Of two modes the greater is the stricter.
+/// Limits of a speed override: share of an arm's velocity limits.
+inline constexpr double kSlowestSpeed = 0.01;
+inline constexpr double kFullSpeed = 1.0;
+
+/// The operators' orders for the cell and its arms. Of two modes the greater is the stricter, of two speeds the lower.
 struct Orders {
   msg::Mode cell = msg::Mode::MODE_RUN;
   std::map<std::string, msg::Mode, std::less<>> arms;  ///< arms with an order of their own: hold or stop
+  double speed = kFullSpeed;                           ///< of the cell, kSlowestSpeed to kFullSpeed
+  std::map<std::string, double, std::less<>> speeds;   ///< arms with an override of their own, below kFullSpeed
   bool operator==(const Orders&) const = default;
-  [[nodiscard]] bool empty() const { return cell == msg::Mode::MODE_RUN && arms.empty(); }
+  [[nodiscard]] bool empty() const { return *this == Orders{}; }
+  /// The lower of the cell's speed and the arm's own.
+  [[nodiscard]] double speed_of(std::string_view arm) const {
+    const auto own = speeds.find(arm);
+    return own == speeds.end() ? speed : std::min(speed, own->second);
+  }
 };
 
 /// The part of `orders` that `known` lacks or has less strictly.
@@ -41,6 +52,11 @@ struct Orders {
   for (const auto& [arm, mode] : orders.arms) {
     const auto same = known.arms.find(arm);
     if (same == known.arms.end() || mode > same->second) rest.arms[arm] = mode;
+  }
+  if (orders.speed < known.speed) rest.speed = orders.speed;
+  for (const auto& [arm, speed] : orders.speeds) {
+    const auto same = known.speeds.find(arm);
+    if (same == known.speeds.end() || speed < same->second) rest.speeds[arm] = speed;
   }
   return rest;
 }
@@ -52,7 +68,18 @@ struct Orders {
   for (const msg::ArmOrder& arm : mode.arms()) {
     if (arm.ordered() != msg::Mode::MODE_RUN) orders.arms[arm.arm()] = arm.ordered();
   }
+  orders.speed = mode.speed();
+  for (const msg::ArmSpeed& arm : mode.speeds()) orders.speeds[arm.arm()] = arm.speed();
   return orders;
+}
+
+/// The speed override in force for an arm: the lower of the cell's and the arm's own.
+[[nodiscard]] inline double speed_in(const msg::CellMode& mode, std::string_view arm) {
+  double speed = mode.speed();
+  for (const msg::ArmSpeed& own : mode.speeds()) {
+    if (own.arm() == arm) speed = std::min(speed, own.speed());
+  }
+  return speed;
 }
 
 /// The arm's own order, null when it has none. Valid as long as `mode`.

@@ -44,8 +44,9 @@ std::string drive_text(const msg::ArmState& state) {
 
 }  // namespace
 
-bool moves(const msg::ArmState& state) {
-  return std::any_of(state.qd().begin(), state.qd().end(), [](double v) { return std::abs(v) > kMoving; });
+bool moves(const msg::ArmState& state, double speed) {
+  const double slowest = kMoving * speed;
+  return std::any_of(state.qd().begin(), state.qd().end(), [&](double v) { return std::abs(v) > slowest; });
 }
 
 std::string goal_text(const msg::GoalStatus& goal) {

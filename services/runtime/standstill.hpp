@@ -9,8 +9,8 @@
 
 namespace hecaton::services {
 
-/// A joint moves faster than 1e-3 rad/s (m/s).
-[[nodiscard]] bool moves(const msg::ArmState& state);
+/// A joint moves faster than 1e-3 rad/s (m/s) times the speed override of the arm.
+[[nodiscard]] bool moves(const msg::ArmState& state, double speed = 1.0);
 
 /// Text of a goal's status: "blocked: no way for now (arm2/link4 – pallet, 18 mm)".
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);

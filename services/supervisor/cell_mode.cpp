@@ -1,6 +1,8 @@
 #include "services/supervisor/cell_mode.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 
 namespace hecaton::services {
 namespace {
@@ -79,6 +81,40 @@ msg::Cause CellModeState::resume(const std::vector<std::string>& arms) {
   return refusal;
 }
 
+msg::Cause CellModeState::refuse_speed(const std::vector<std::string>& arms, double speed) const {
+  msg::Cause refusal = unknown(arms);
+  if (!is_none(refusal)) return refusal;
+  if (speed >= kSlowestSpeed && speed <= kFullSpeed) return refusal;  // false for NaN
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), "speed %.6g %% must be 1 %% to 100 %%; nothing was changed", 100.0 * speed);
+  return make_cause(msg::CauseKind::CAUSE_INVALID_VALUE, {}, text.data());
+}
+
+msg::Cause CellModeState::set_speed(const std::vector<std::string>& arms, double speed) {
+  msg::Cause refusal = refuse_speed(arms, speed);
+  if (!is_none(refusal)) return refusal;
+  if (arms.empty()) orders_.speed = speed;
+  for (const std::string& arm : arms) {
+    orders_.speeds.erase(arm);
+    lower_speed(arm, speed);
+  }
+  return refusal;
+}
+
+msg::Cause CellModeState::slow_down(const std::vector<std::string>& arms, double speed) {
+  msg::Cause refusal = refuse_speed(arms, speed);
+  if (!is_none(refusal)) return refusal;
+  if (arms.empty()) lower_speed({}, speed);
+  for (const std::string& arm : arms) lower_speed(arm, speed);
+  return refusal;
+}
+
+void CellModeState::lower_speed(const std::string& arm, double speed) {
+  if (!(speed >= kSlowestSpeed && speed < kFullSpeed)) return;
+  double& own = arm.empty() ? orders_.speed : orders_.speeds.try_emplace(arm, kFullSpeed).first->second;
+  own = std::min(own, speed);
+}
+
 void CellModeState::hold_until_resumed(const std::string& arm, const msg::Cause& cause) {
   tighten(arm, msg::Mode::MODE_HOLD);
   causes_[arm] = cause;
@@ -95,6 +131,10 @@ void CellModeState::add(const Orders& orders) {
   tighten({}, orders.cell);
   for (const auto& [arm, mode] : orders.arms) {
     if (mode != msg::Mode::MODE_RUN && is_none(unknown({arm}))) tighten(arm, mode);
+  }
+  lower_speed({}, orders.speed);
+  for (const auto& [arm, speed] : orders.speeds) {
+    if (is_none(unknown({arm}))) lower_speed(arm, speed);
   }
 }
 
@@ -134,6 +174,12 @@ msg::CellMode CellModeState::decide() const {
     order.ordered(own);
     order.cause(order_cause(arm));
     if (held != automatic_.arms.end()) add_cause(order.cause(), held->second);
+  }
+  decision.speed(orders_.speed);
+  for (const auto& [arm, speed] : orders_.speeds) {
+    msg::ArmSpeed& own = decision.speeds().emplace_back();
+    own.arm(arm);
+    own.speed(speed);
   }
   return decision;
 }

@@ -38,6 +38,13 @@ class CellModeState {
   /// whole cell is under an order, and while the fault of a device lasts.
   [[nodiscard]] msg::Cause resume(const std::vector<std::string>& arms);
 
+  /// Sets the speed override of the cell or of some arms, from kSlowestSpeed to kFullSpeed. Hold, stop and resume do
+  /// not change it. The override of the cell does not change those of arms: the lower one is in force. Returns
+  /// CAUSE_NONE, or why the order was refused; then nothing has changed.
+  [[nodiscard]] msg::Cause set_speed(const std::vector<std::string>& arms, double speed);
+  /// The same, but lowers overrides only.
+  [[nodiscard]] msg::Cause slow_down(const std::vector<std::string>& arms, double speed);
+
   /// Orders hold for a fault that waits for resume. `arm` empty: the whole cell.
   void hold_until_resumed(const std::string& arm, const msg::Cause& cause);
 
@@ -51,10 +58,12 @@ class CellModeState {
   [[nodiscard]] const Orders& orders() const { return orders_; }
   /// Causes of the orders that faults gave, by arm; "": of the cell.
   [[nodiscard]] const CausesByArm& causes() const { return causes_; }
-  /// Modes, orders and causes of the cell and its arms. The caller sets the other fields.
+  /// Modes, orders, causes and speed overrides of the cell and its arms. The caller sets the other fields.
   [[nodiscard]] msg::CellMode decide() const;
   /// The stricter of the cell's mode and the arm's own.
   [[nodiscard]] msg::Mode mode_of(std::string_view arm) const;
+  /// The lower of the cell's speed override and the arm's own.
+  [[nodiscard]] double speed_of(std::string_view arm) const { return orders_.speed_of(arm); }
   /// Why the arm may not move; CAUSE_NONE when it may.
   [[nodiscard]] msg::Cause cause_of(std::string_view arm) const;
 
@@ -62,7 +71,9 @@ class CellModeState {
   [[nodiscard]] msg::Cause unknown(const std::vector<std::string>& arms) const;
   [[nodiscard]] msg::Mode order_of(std::string_view arm) const;
   [[nodiscard]] msg::Cause order(const std::vector<std::string>& arms, msg::Mode mode);
+  [[nodiscard]] msg::Cause refuse_speed(const std::vector<std::string>& arms, double speed) const;
   void tighten(const std::string& arm, msg::Mode mode);
+  void lower_speed(const std::string& arm, double speed);
   /// Text: "hold by operator" or "hold until resumed: …". CAUSE_NONE without an order.
   [[nodiscard]] msg::Cause order_cause(std::string_view arm) const;
 

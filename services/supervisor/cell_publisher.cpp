@@ -103,6 +103,16 @@ std::vector<msg::SupervisorRequest> requests_for(const Orders& orders, const std
     }
     if (!request.arms().empty()) requests.push_back(request);
   }
+  const auto slow_down = [&](std::vector<std::string> arms, double speed) {
+    msg::SupervisorRequest request;
+    request.client(client);
+    request.kind(msg::RequestKind::REQUEST_SLOWER);
+    request.arms(std::move(arms));
+    request.speed(speed);
+    requests.push_back(std::move(request));
+  };
+  if (orders.speed < kFullSpeed) slow_down({}, orders.speed);
+  for (const auto& [arm, speed] : orders.speeds) slow_down({arm}, speed);
   return requests;
 }
 

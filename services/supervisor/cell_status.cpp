@@ -56,6 +56,7 @@ class StatusBuilder {
     msg::ArmStatus arm;
     arm.arm(name);
     arm.mode(detector.mode().mode_of(name));
+    arm.speed(detector.mode().speed_of(name));
     arm.driver_alive(detector.alive(driver_node(name)));
     const std::string planner = detector.in_charge(name);
     arm.planner_alive(detector.alive(planner));
@@ -195,7 +196,8 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, co
   const auto* state = find(snapshot.arms, arm);
   const auto* goal = find(snapshot.goals, arm);
   // An arm that still brakes after its goal has ended waits for the next goal already.
-  if (state && moves(state->value) && !(goal && is_final(goal->value.state()))) return {};
+  if (state && moves(state->value, detector.mode().speed_of(arm)) && !(goal && is_final(goal->value.state())))
+    return {};
   const auto* planner = find(snapshot.heartbeats, detector.in_charge(arm));
   if (planner && planner->value.state() == msg::NodeState::NODE_DEGRADED && !is_none(planner->value.cause())) {
     msg::Cause cause = planner->value.cause();
@@ -213,7 +215,7 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, co
 std::optional<std::string> stands_without_reason(const std::string& arm, const FaultDetector& detector,
                                                  const CellSnapshot& snapshot) {
   const auto* state = find(snapshot.arms, arm);
-  if (!state || moves(state->value)) return std::nullopt;
+  if (!state || moves(state->value, detector.mode().speed_of(arm))) return std::nullopt;
   const auto* goal = find(snapshot.goals, arm);
   const bool has_goal = goal && !is_final(goal->value.state());
   const msg::Cause cause = waiting_for(arm, detector, snapshot);

@@ -287,11 +287,15 @@ msg::Cause Supervisor::execute(const msg::SupervisorRequest& request) {
       return detector_.mode().resume(request.arms());
     case msg::RequestKind::REQUEST_STOP:
       return detector_.mode().stop(request.arms());
+    case msg::RequestKind::REQUEST_SPEED:
+      return detector_.mode().set_speed(request.arms(), request.speed());
+    case msg::RequestKind::REQUEST_SLOWER:
+      return detector_.mode().slow_down(request.arms(), request.speed());
     case msg::RequestKind::REQUEST_STATUS:
       return {};
   }
   return make_cause(msg::CauseKind::CAUSE_INVALID_VALUE, {},
-                    "unknown kind of request: use status, hold, resume or stop");
+                    "unknown kind of request: use status, hold, resume, stop or speed");
 }
 
 void Supervisor::reply(const msg::SupervisorRequest& request, const msg::Cause& refusal) {

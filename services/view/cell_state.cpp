@@ -89,7 +89,8 @@ msg::Cause CellState::waiting_for(const std::string& arm, bus::Clock::time_point
   const auto* measured = state(arm);
   const auto* newest = goal(arm);
   // An arm that still brakes after its goal has ended waits for the next goal already.
-  if (measured != nullptr && moves(measured->value) && !(newest != nullptr && is_final(newest->value.state()))) {
+  if (measured != nullptr && moves(measured->value, mode().speed(arm)) &&
+      !(newest != nullptr && is_final(newest->value.state()))) {
     return {};
   }
   const auto* planner = heartbeat(planner_of(arm));

@@ -60,6 +60,7 @@ Json goal(const msg::GoalStatus& goal) {
 Json arm(const CellState& cell, const std::string& name, bus::Clock::time_point now) {
   Json json{{"name", name},
             {"mode", text(cell.mode().order(name))},
+            {"speed_override", cell.mode().speed(name)},
             {"waiting", cause(cell.waiting_for(name, now))},
             {"planner", cell.planner_of(name)},
             {"drive", nullptr},
@@ -69,7 +70,7 @@ Json arm(const CellState& cell, const std::string& name, bus::Clock::time_point 
     double speed = 0.0;
     for (const double v : state->value.qd()) speed = std::max(speed, std::abs(v));
     json["drive"] = text(state->value.mode());
-    json["moving"] = moves(state->value);
+    json["moving"] = moves(state->value, cell.mode().speed(name));
     json["speed"] = rounded(speed, 1e3);
     json["carried"] = state->value.carried();
     json["command_age"] = rounded(state->value.command_age(), 1e4);
@@ -160,6 +161,7 @@ Json status_json(const CellFeed& feed, bus::Clock::duration t) {
             {"wall", feed.unix_time().count()},
             {"mode", cell.mode().heard() ? Json(text(mode.mode())) : Json(nullptr)},
             {"cause", cause(mode.cause())},
+            {"speed_override", cell.mode().heard() ? Json(mode.speed()) : Json(nullptr)},
             {"term", mode.term()},
             {"supervisor", mode.node()},
             {"contacts", contacts(cell)},

@@ -10,6 +10,7 @@
 #include "planner/methods/registry.hpp"
 #include "planner/simulation/arm_model.hpp"
 #include "planner/simulation/network_model.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -61,8 +62,9 @@ struct Limits {
 /// time, most of them beyond the other ball.
 class Duel {
  public:
-  Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed)
-      : random_(seed), ages_known_(ages_known) {
+  /// `orders`: the speed override of each arm changes all the time.
+  Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed, bool orders)
+      : random_(seed), ages_known_(ages_known), changes_orders_(orders) {
     for (const char* name : {"a", "b"}) {
       Arm arm = test::planar_point(name, kRadius);
       arm.limits.velocity.setConstant(limits.speed);
@@ -88,11 +90,13 @@ class Duel {
         channels_[i].send(now, {drives_[1 - i].q(), drives_[1 - i].qd(), 0.0, true, true});
         channels_[i].receive(now);
         if (random_.uniform() < 0.02) set_goal(i);
+        if (changes_orders_ && random_.uniform() < 0.03) order_speed(i);
       }
       for (int i = 0; i < 2; ++i) {
         std::array<ArmObservation, 2> seen;
         seen[1 - i] = channels_[i].newest();
         if (channels_[i].known() && ages_known_) seen[1 - i].age = channels_[i].age(now);
+        seen[1 - i].speed = orders_[1 - i];
         const TickResult result = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, seen, {}, false);
         drives_[i].command(result.q, result.qd, kPeriod);
       }
@@ -109,15 +113,22 @@ class Duel {
     controllers_[i].set_goal(random_.uniform() < 0.7 ? beyond : away);
   }
 
+  void order_speed(int i) {
+    orders_[i] = random_.uniform() < 0.4 ? 1.0 : random_.uniform(0.01, 1.0);
+    controllers_[i].order_speed(orders_[i]);
+  }
+
   Random random_;
   bool ages_known_;
+  bool changes_orders_;
+  std::array<double, 2> orders_{1.0, 1.0};
   std::vector<Arm> arms_;
   std::vector<ArmController> controllers_;
   std::vector<ArmModel> drives_;
   std::vector<StateChannel<ArmObservation>> channels_;  ///< [receiver]
 };
 
-double smallest_of_duels(bool ages_known) {
+double smallest_of_duels(bool ages_known, bool orders = false) {
   Random random(5);
   double smallest = 10.0;
   for (int trial = 0; trial < 150; ++trial) {
@@ -125,7 +136,7 @@ double smallest_of_duels(bool ages_known) {
     const double age = random.uniform(0.0, 0.1);
     const Limits limits{speed, speed / random.uniform(0.05, 0.3)};
     const NetworkParameters network{.age = age, .jitter = random.uniform(0.0, age), .loss = 0.2, .burst = 2.0};
-    smallest = std::min(smallest, Duel(limits, network, ages_known, random.next()).run(6.0));
+    smallest = std::min(smallest, Duel(limits, network, ages_known, random.next(), orders).run(6.0));
   }
   return smallest;
 }
@@ -291,6 +302,55 @@ TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConst
 
 TEST(LatencyCompensationProperty, TwoArmsThatApproachEachOtherNeverTouch) {
   EXPECT_GT(smallest_of_duels(true), 0.02);  // dₛ is 0.03
+}
+
+TEST(LatencyCompensationProperty, TwoArmsNeverTouchWhileTheirSpeedOverridesChange) {
+  EXPECT_GT(smallest_of_duels(true, true), 0.02);  // dₛ is 0.03
+}
+
+// Margins are functions of an old state, its age and the full limits. They hold for every history of overrides: they
+// shrink after the measured speed has fallen, and contain what the arm can gain by a higher order within the age.
+TEST(LatencyCompensationProperty, MarginsHoldForEverySpeedOverrideButNotForTrustedOrders) {
+  struct Moment {
+    MeasuredState state;
+    double ordered;
+  };
+  const Arm arm = test::planar_point();
+  LocalParameters parameters;
+  parameters.method = built_in_method("local");
+  ArmController controller(CellGeometry({arm}, 0), parameters, kPeriod, 1);
+  Random random(17);
+  const std::array<ArmObservation, 1> no_arms{};
+  std::vector<Moment> moments{{{joints({0, 0}), joints({0, 0})}, 1.0}};
+  int broken_by_trust = 0;
+  for (int k = 1; k < 30'000; ++k) {
+    double ordered = moments.back().ordered;
+    if (random.uniform() < 0.05) ordered = random.uniform() < 0.3 ? 1.0 : random.uniform(0.01, 1.0);
+    if (random.uniform() < 0.02) {
+      controller.set_goal(joints({random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)}));
+    }
+    controller.order_speed(ordered);
+    const TickResult result = controller.step(moments.back().state, no_arms, {}, false);
+    moments.push_back({{result.q, result.qd}, ordered});
+
+    const int periods = std::min(k, 1 + static_cast<int>(random.uniform(0.0, 20.0)));
+    const double age = periods * kPeriod;
+    const Moment& then = moments[moments.size() - 1 - periods];
+    const JointVector margin = 0.5 * age * age * arm.limits.acceleration;
+    const JointVector foreseen = then.state.q + then.state.qd * age;
+    ASSERT_TRUE(((result.q - foreseen).array().abs() <= margin.array() + 1e-9).all()) << "period " << k;
+
+    JointVector q = result.q;
+    JointVector qd = result.qd;
+    stop_for(arm.limits, stop_time(arm.limits, qd), q, qd);
+    const ReachableStopSet set = reachable_stop_set(arm.limits, then.state.q, then.state.qd, age);
+    ASSERT_TRUE(((q - set.q).array().abs() <= set.position_uncertainty.array() + 1e-9).all()) << "period " << k;
+
+    const JointVector most = then.ordered * arm.limits.velocity;
+    const JointVector trusted = then.state.q + then.state.qd.cwiseMax(-most).cwiseMin(most) * age;
+    broken_by_trust += ((result.q - trusted).array().abs() > margin.array() + 1e-9).any() ? 1 : 0;
+  }
+  EXPECT_GT(broken_by_trust, 100) << "an ordered speed is not a measured one";
 }
 
 TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenAgesAreIgnored) {

@@ -77,6 +77,33 @@ TEST_F(TickProperty, NoPairApproachesFasterThanItsDamperOrBrakingAllows) {
   EXPECT_GT(checked, 3'000);
 }
 
+// Margins depend on measured states alone. They shrink only after the measured speed has fallen, whatever was ordered.
+TEST_F(TickProperty, NoMarginDependsOnASpeedOverride) {
+  int bound = 0;
+  for (int trial = 0; trial < 5'000; ++trial) {
+    test::Situation situation(cell, 1, random);
+    const TickMemory memory{LocalMemory(random.next())};
+    TickMemory at_full_speed = memory;
+    const TickResult full = tick(geometry, parameters, situation.input, at_full_speed, scratch);
+
+    situation.input.speed_scaling = random.uniform(0.01, 1.0);
+    TickMemory at_low_speed = memory;
+    const TickResult slow = tick(geometry, parameters, situation.input, at_low_speed, scratch);
+    ASSERT_EQ(slow.rows, full.rows) << "trial " << trial;
+    ASSERT_EQ(slow.near, full.near);
+    ASSERT_EQ(slow.clearance_margin, full.clearance_margin);
+    ASSERT_EQ(slow.clearance_margin_of_moving, full.clearance_margin_of_moving);
+    bound += full.rows > 0 ? 1 : 0;
+
+    for (ArmObservation& arm : situation.arms) arm.speed = random.uniform(0.01, 1.0);
+    TickMemory beside_slow_arms = memory;
+    const TickResult again = tick(geometry, parameters, situation.input, beside_slow_arms, scratch);
+    ASSERT_EQ(again.q, slow.q) << "the overrides of other arms change nothing";
+    ASSERT_EQ(again.qd, slow.qd);
+  }
+  EXPECT_GT(bound, 1'000);
+}
+
 TEST_F(TickProperty, SameInputAndMemorySameResult) {
   TickScratch other(geometry);
   for (int trial = 0; trial < 2'000; ++trial) {

@@ -275,7 +275,7 @@ bool BoundaryFollowing::update(const MethodInput& input, const ConstrainedMotion
   FollowerMemory& follower = follower_of(state.memory);
   Deviation& deviation = state.deviation;
   if (deviation.active) {
-    follower.time_in_subspace += input.dt;
+    follower.time_in_subspace += input.dt * input.speed;
     const bool nearer = way.norm() < parameters.exit_fraction * follower.d_lock;
     if (nearer) {
       deviation.active = false;

@@ -1,4 +1,4 @@
-"""A running cell: arms, goals, obstacles, faults, hold, resume and stop."""
+"""A running cell: arms, goals, obstacles, faults, hold, resume, stop and speed."""
 
 from __future__ import annotations
 
@@ -187,6 +187,10 @@ class Arm:
         """As hold, latched until resume."""
         return self._link.session.stop([self._name], limit("timeout", timeout))
 
+    def set_speed(self, speed: float, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """Sets the speed override of this arm, as Cell.set_speed does."""
+        return self._link.session.set_speed(_arguments.number("speed", speed), [self._name], limit("timeout", timeout))
+
     def __repr__(self) -> str:
         return f"<hecaton.Arm {self._name}>"
 
@@ -275,6 +279,15 @@ class Cell:
     def stop(self, arms: Iterable[str] | None = None, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """As hold, latched until resume."""
         return self._link.session.stop(_names(arms), limit("timeout", timeout))
+
+    def set_speed(self, speed: float, arms: Iterable[str] | None = None, *,
+                  timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """No joint moves faster than `speed`, 0.01 to 1, times its velocity limit. For the cell, or the arms named.
+
+        The lower of the cell's override and the arm's own is in force. Goals under way continue, slower. The override
+        lasts until the next order.
+        """
+        return self._link.session.set_speed(_arguments.number("speed", speed), _names(arms), limit("timeout", timeout))
 
     def faults(self) -> list[Fault]:
         """Faults received so far. The first call subscribes to faults; status() updates them. Does not wait."""

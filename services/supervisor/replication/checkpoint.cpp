@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -105,6 +106,23 @@ bool parse_unreplicated(std::istream& words, Orders& unreplicated) {
   return true;
 }
 
+void append_speeds(std::ostream& text, const char* kind, const Orders& orders) {
+  constexpr int kExact = 17;  // digits of a double
+  const auto line = [&](const std::string& name, double speed) {
+    text << kind << ' ' << name << ' ' << std::setprecision(kExact) << speed << '\n';
+  };
+  if (orders.speed < kFullSpeed) line(kCell, orders.speed);
+  for (const auto& [arm, speed] : orders.speeds) line(arm, speed);
+}
+
+bool parse_speed(std::istream& words, Orders& orders) {
+  std::string arm;
+  double speed = 0.0;
+  if (!(words >> arm >> speed) || !(speed >= kSlowestSpeed && speed < kFullSpeed)) return false;
+  (arm == kCell ? orders.speed : orders.speeds[arm]) = speed;
+  return true;
+}
+
 bool parse_line(const std::string& line, Checkpoint& checkpoint) {
   std::istringstream words(line);
   std::string kind;
@@ -112,6 +130,8 @@ bool parse_line(const std::string& line, Checkpoint& checkpoint) {
   if (kind == "fault") return parse_fault(words, checkpoint.faults);
   if (kind == "because") return parse_cause(words, checkpoint.causes);
   if (kind == "unreplicated") return parse_unreplicated(words, checkpoint.unreplicated);
+  if (kind == "speed") return parse_speed(words, checkpoint.orders);
+  if (kind == "unreplicated_speed") return parse_speed(words, checkpoint.unreplicated);
   if (kind == "term") return static_cast<bool>(words >> checkpoint.term);
   std::string arm;
   std::string mode;
@@ -137,6 +157,8 @@ std::string checkpoint_text(const Checkpoint& checkpoint) {
     text << "unreplicated " << kCell << ' ' << mode_name(checkpoint.unreplicated.cell) << '\n';
   for (const auto& [arm, mode] : checkpoint.unreplicated.arms)
     text << "unreplicated " << arm << ' ' << mode_name(mode) << '\n';
+  append_speeds(text, "speed", checkpoint.orders);
+  append_speeds(text, "unreplicated_speed", checkpoint.unreplicated);
   for (const auto& [key, record] : checkpoint.faults.open) append_fault(text, record, key);
   for (const FaultRecord& record : checkpoint.faults.cleared) append_fault(text, record, {});
   return text.str();

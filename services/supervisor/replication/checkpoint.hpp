@@ -27,10 +27,13 @@ struct Checkpoint {
 ///   cell MODE
 ///   arm NAME MODE
 ///   because NAME KIND SUBJECT TEXT…
+///   speed NAME SHARE
 ///   unreplicated NAME MODE
+///   unreplicated_speed NAME SHARE
 ///   fault TERM NUMBER KIND SEVERITY SINCE LATENCY_BOUND open|CLEARED_AT KEY|- SUBJECT DESCRIPTION…
 ///
-/// NAME "/" is the whole cell. Times are in nanoseconds of the steady clock; LATENCY_BOUND −1: unknown.
+/// NAME "/" is the whole cell. A speed of 1 has no line. Times are in nanoseconds of the steady clock; LATENCY_BOUND
+/// −1: unknown.
 [[nodiscard]] std::string checkpoint_text(const Checkpoint& checkpoint);
 /// Empty when `text` is malformed.
 [[nodiscard]] std::optional<Checkpoint> parse_checkpoint(const std::string& text);

@@ -30,6 +30,7 @@ void Replicator::restore(FaultDetector& detector) {
   if (!file_.lost()) return;
   log_error("checkpoint lost", {{"reason", *file_.lost()}});
   detector.mode().hold_until_resumed({}, make_cause(msg::CauseKind::CAUSE_CHECKPOINT_LOST, node_, *file_.lost()));
+  static_cast<void>(detector.mode().slow_down({}, kSlowestSpeed));  // a low speed may have been ordered, too
   tell_lost(detector);
 }
 

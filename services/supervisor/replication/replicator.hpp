@@ -28,8 +28,8 @@ class Replicator {
   Replicator(std::string node, const std::string& checkpoint_path, bool alone);
 
   /// Gives the detector the orders and faults of the checkpoint. Without a usable one the cell is held until a person
-  /// resumes, because a stop may have been ordered, and the fault CAUSE_CHECKPOINT_LOST tells so. Call it before the
-  /// first turn.
+  /// resumes, because a stop may have been ordered. Then it runs at the slowest speed, and the fault
+  /// CAUSE_CHECKPOINT_LOST tells so. Call it before the first turn.
   void restore(FaultDetector& detector);
 
   /// In each turn of a standby: publishes unreplicated faults again, requests unreplicated orders from the leader, and

@@ -39,8 +39,14 @@ class UnreplicatedOrders {
   /// empty: the whole cell.
   void given(const std::vector<std::string>& arms) {
     publishes_again_ = true;
-    if (arms.empty()) acknowledged_.cell = msg::Mode::MODE_RUN;
-    for (const std::string& arm : arms) acknowledged_.arms.erase(arm);
+    if (arms.empty()) {
+      acknowledged_.cell = msg::Mode::MODE_RUN;
+      acknowledged_.speed = kFullSpeed;
+    }
+    for (const std::string& arm : arms) {
+      acknowledged_.arms.erase(arm);
+      acknowledged_.speeds.erase(arm);
+    }
   }
   /// The cell mode with sequence number `mode` contains `orders`.
   void published(const Orders& orders, std::uint64_t mode) {

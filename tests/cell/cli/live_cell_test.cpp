@@ -100,6 +100,31 @@ TEST_F(LiveCell, HoldsStopsAndResumes) {
   EXPECT_EQ(run({"resume", "west"}).err, "");
 }
 
+TEST_F(LiveCell, SetsAndShowsTheSpeed) {
+  EXPECT_EQ(json({"speed"})["speed"], 1.0);
+  EXPECT_EQ(json({"speed", "30%"})["speed"], 0.3);
+  EXPECT_EQ(entry(json({"speed", "50", "north"})["arms"], "name", "north")["speed"], 0.3) << "the cell's is lower";
+  const Json north = json({"speed", "12.5%", "north"});
+  ASSERT_EQ(north["arms"].size(), 1U);
+  EXPECT_EQ(north["arms"][0]["own_speed"], 0.125);
+  EXPECT_EQ(entry(json({"arms"}), "name", "north")["speed"], 0.125);
+  EXPECT_EQ(json({"status"})["speed"], 0.3);
+  EXPECT_NE(run({"status"}).out.find("speed 30 %, north 12.5 %"), std::string::npos) << run({"status"}).out;
+  EXPECT_EQ(run({"speed", "north"}).out.substr(run({"speed", "north"}).out.find('\n') + 1),
+            "north: 12.5 % (its own 12.5 %)\n");
+
+  for (const auto* bad : {"0.5%", "101%", "30x", "0"}) {
+    const Ran refused = run({"speed", bad});
+    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_NE(refused.err.find("must be a percentage from 1% to 100%"), std::string::npos) << refused.err;
+  }
+  EXPECT_EQ(run({"speed", "50%", "south"}).code, 3);
+  EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait", "--time-limit", "60s"}).code, 0);
+  EXPECT_EQ(run({"speed", "100%", "north"}).code, 0);
+  EXPECT_EQ(run({"speed", "100%"}).code, 0);
+  EXPECT_EQ(run({"status"}).out.find("speed 1"), std::string::npos);
+}
+
 TEST_F(LiveCell, PrintsDeathAndRestartOfTheSupervisor) {
   const pid_t supervisor = processes().at("supervisor");
   ASSERT_TRUE(signal_process(supervisor, SIGKILL));

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <thread>
 
 #include <hecaton/client.hpp>
@@ -99,6 +100,22 @@ TEST_F(ClientTest, ReplacesEarlierGoalsAndCancels) {
   second.cancel();
   EXPECT_EQ(second.wait(kPatience).kind, OutcomeKind::kCancelled);
   arm.resume(kPatience);
+}
+
+TEST_F(ClientTest, SetsTheSpeedOfTheCellAndOfArms) {
+  const Cell cell = connect();
+  cell.set_speed(0.5, kPatience);
+  cell.arm("north").set_speed(0.3, kPatience);
+  const CellStatus status = cell.status(kPatience);
+  EXPECT_EQ(status.speed, 0.5);
+  for (const ArmStatus& arm : status.arms) EXPECT_EQ(arm.speed, arm.name == "north" ? 0.3 : 0.5) << arm.name;
+  EXPECT_TRUE(cell.arm("north").go_to("ready").wait(kPatience));
+  for (const double bad : {0.0, 0.0099, 1.01, 30.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(cell.set_speed(bad, kPatience), InvalidArgument) << bad;
+  }
+  cell.set_speed(1.0, {"north"}, kPatience);
+  cell.set_speed(1.0, kPatience);
+  EXPECT_EQ(cell.status(kPatience).arms.front().speed, 1.0);
 }
 
 TEST_F(ClientTest, EndsAWaitWhenInterrupted) {

@@ -136,6 +136,21 @@ class Goals(LiveCell):
         self.cell.arm("north").resume()
         self.assertEqual(self.cell.status().stopped_arms, [])
 
+    def test_set_speed_slows_the_cell_and_arms(self):
+        self.addCleanup(self.cell.set_speed, 1.0)
+        self.addCleanup(self.cell.arm("north").set_speed, 1.0)
+        self.cell.set_speed(0.5)
+        self.cell.arm("north").set_speed(0.3)
+        status = self.cell.status()
+        self.assertEqual(status.speed, 0.5)
+        self.assertEqual({arm.name: arm.speed for arm in status.arms}["north"], 0.3)
+        self.cell.set_speed(0.2, ["north"])
+        self.assertTrue(self.cell.arm("north").go_to("home").wait(LONG))
+        for bad in (0.0, 0.001, 30, float("nan")):
+            with self.assertRaises(hecaton.InvalidArgument):
+                self.cell.set_speed(bad)
+        self.assertEqual(self.cell.status().speed, 0.5)
+
     def test_empty_selection_is_no_order_for_the_whole_cell(self):
         with self.assertRaises(hecaton.InvalidArgument):
             self.cell.hold([])

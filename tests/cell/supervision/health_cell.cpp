@@ -80,11 +80,23 @@ ChildCommand HealthCell::agent_command(const std::vector<std::string>& options) 
 }
 
 std::optional<msg::SupervisorReply> HealthCell::call(msg::RequestKind kind, const std::vector<std::string>& arms) {
-  const auto until = bus::Clock::now() + kPatience;
   msg::SupervisorRequest request;
-  request.client("test-" + std::to_string(getpid()));
   request.kind(kind);
   request.arms(arms);
+  return call(std::move(request));
+}
+
+std::optional<msg::SupervisorReply> HealthCell::order_speed(double speed, const std::vector<std::string>& arms) {
+  msg::SupervisorRequest request;
+  request.kind(msg::RequestKind::REQUEST_SPEED);
+  request.arms(arms);
+  request.speed(speed);
+  return call(std::move(request));
+}
+
+std::optional<msg::SupervisorReply> HealthCell::call(msg::SupervisorRequest request) {
+  const auto until = bus::Clock::now() + kPatience;
+  request.client("test-" + std::to_string(getpid()));
   // Repeated if the supervisor died before its reply.
   while (bus::Clock::now() < until) {
     request.request_id(++request_);

@@ -34,6 +34,8 @@ class HealthCell {
 
   /// The supervisor's reply, or nothing when it did not answer within kPatience.
   std::optional<msg::SupervisorReply> call(msg::RequestKind kind, const std::vector<std::string>& arms = {});
+  /// The same for an order of a speed override.
+  std::optional<msg::SupervisorReply> order_speed(double speed, const std::vector<std::string>& arms = {});
   // The await functions throw std::runtime_error after kPatience.
   /// Requests the status until it satisfies `condition`.
   msg::CellStatus await(const std::string& what, const Condition& condition);
@@ -65,6 +67,7 @@ class HealthCell {
   [[nodiscard]] bus::Mailbox& mailbox() { return mailbox_; }
 
  private:
+  std::optional<msg::SupervisorReply> call(msg::SupervisorRequest request);
   /// Agents are killed with the cell. Their checkpoints must not stay for the next cell in the same domain.
   struct OwnRun {
     ~OwnRun();

@@ -108,6 +108,88 @@ TEST_F(Standby, StaysInChargeWhenAStoppedPlannerContinues) {
   await_standing_by(before.planner());
 }
 
+/// Speed of the fastest joint as a share of its limit.
+double share_of(const msg::ArmState& state) {
+  constexpr double kLimit = 1.5;  // standby_cell.yaml [rad/s]
+  double fastest = 0.0;
+  for (const double v : state.qd()) fastest = std::max(fastest, std::abs(v));
+  return fastest / kLimit;
+}
+
+class SpeedOverride : public Standby {
+ protected:
+  static constexpr double kMeasured = 0.02;  ///< of interpolation
+
+  void await_share(const std::string& what, const std::function<bool(double)>& condition) {
+    for (const auto until = bus::Clock::now() + kPatience; !condition(share_of(cell_.next_state("left")));)
+      ASSERT_LT(bus::Clock::now(), until) << what;
+  }
+  /// All states since the last call: the highest share of the velocity limits.
+  double highest_share() {
+    double highest = 0.0;
+    for (const auto& sample : watched_.take()) {
+      if (!sample.disposed && sample.value.arm() == "left") highest = std::max(highest, share_of(sample.value));
+    }
+    return highest;
+  }
+
+  bus::Reader<msg::ArmState> watched_{cell_.participant(), &cell_.mailbox(), every_sample()};
+};
+
+TEST_F(SpeedOverride, SlowsAnArmOnItsWayAndSurvivesBothFailovers) {
+  send_left_on_its_way();
+  await_share("full speed", [](double share) { return share > 0.9; });
+  const auto reply = cell_.order_speed(0.1);
+  ASSERT_TRUE(reply && reply->done());
+  EXPECT_EQ(arm_of(reply->status(), "left").speed(), 0.1);
+  await_share("a tenth of the speed", [&](double share) { return share < 0.1 + kMeasured && share > 0.05; });
+  static_cast<void>(highest_share());
+
+  auto status = await_ready();
+  const msg::ArmStatus before = arm_of(status, "left");
+  ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
+  await_successor(before);
+  await_share("the successor moves", [](double share) { return share > 0.05; });
+  await_standing_by(before.planner());
+
+  status = await_ready();
+  const std::string supervisor = status.supervisor();
+  ASSERT_EQ(kill(pid_of_node(status, supervisor), SIGKILL), 0);
+  status = cell_.await("another supervisor", [&](const msg::CellStatus& seen) {
+    return seen.supervisor() != supervisor && seen.mode().term() > status.mode().term();
+  });
+  EXPECT_EQ(status.mode().speed(), 0.1);
+  EXPECT_EQ(arm_of(status, "left").speed(), 0.1);
+  await_share("the arm moves on", [](double share) { return share > 0.05; });
+  EXPECT_LT(highest_share(), 0.1 + kMeasured) << "no process has moved it faster in between";
+
+  ASSERT_TRUE(cell_.order_speed(1.0)->done());
+  expect_arrival();
+  EXPECT_GT(highest_share(), 0.3);
+}
+
+TEST_F(SpeedOverride, IsNoFaultAtOnePercent) {
+  await_ready();
+  ASSERT_TRUE(cell_.order_speed(0.01, {"left"})->done());
+  EXPECT_FALSE(cell_.order_speed(0.001)->done());
+  EXPECT_FALSE(cell_.order_speed(30.0)->done());
+  cell_.send_goal("left", "way", "away");
+  await_share("motion", [](double share) { return share > 0.005; });
+  static_cast<void>(highest_share());
+  const double begin = cell_.next_state("left").q()[0];
+  // 1 % of 1.5 rad/s: 75 mrad take 5 s, five times as long as a supervisor waits for an arm that stands.
+  for (const auto until = bus::Clock::now() + kPatience; cell_.next_state("left").q()[0] < begin + 0.075;)
+    ASSERT_LT(bus::Clock::now(), until);
+  EXPECT_LT(highest_share(), 0.01 + kMeasured);
+  const auto status =
+      cell_.await("its goal", [](const msg::CellStatus& seen) { return arm_of(seen, "left").has_goal(); });
+  EXPECT_EQ(arm_of(status, "left").goal().state(), msg::GoalState::GOAL_ACTIVE);
+  EXPECT_TRUE(is_none(arm_of(status, "left").waiting_for())) << arm_of(status, "left").waiting_for().text();
+  EXPECT_EQ(open_faults(status, "arm_stands", "left"), 0) << text_of(status);
+  ASSERT_TRUE(cell_.order_speed(1.0, {"left"})->done());
+  expect_arrival();
+}
+
 // Commands of a planner that was stopped during its replacement and has not received the new lease yet.
 TEST_F(Standby, IsProtectedFromCommandsOfTheReplacedPlanner) {
   const auto status = await_ready();

@@ -1,5 +1,5 @@
 #pragma once
-/// C++ client of a running cell: goals, states, obstacles, faults, hold, resume and stop.
+/// C++ client of a running cell: goals, states, obstacles, faults, hold, resume, stop and speed.
 ///
 /// Units are SI: metres, radians, seconds, kilograms. Poses are in the frame W of the cell unless stated otherwise. The
 /// library does not print, does not exit, and installs no signal handler.
@@ -166,6 +166,8 @@ class HECATON_API Arm {
   void hold(const Wait& wait = kAnswerLimit) const;
   void resume(const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop of this arm
   void stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume
+  /// Sets the speed override of this arm, as Cell::set_speed.
+  void set_speed(double speed, const Wait& wait = kAnswerLimit) const;
 
  private:
   friend class Cell;
@@ -251,6 +253,14 @@ class HECATON_API Cell {
   Receipt hold(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
   Receipt resume(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;  ///< ends hold and stop
   Receipt stop(const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;    ///< as hold, latched
+
+  /// Sets the speed override: no joint moves faster than `speed`, 0.01 to 1, times its velocity limit. It takes effect
+  /// at once, on a ramp within the acceleration limits; goals under way continue. It lasts until the next order, also
+  /// after a failover. The lower of the cell's override and the arm's own is in force. Throws InvalidArgument for other
+  /// values, and like hold().
+  Receipt set_speed(double speed, const Wait& wait = kAnswerLimit) const;
+  /// The same for some arms; an empty list: the override of the whole cell.
+  Receipt set_speed(double speed, const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
 
   /// Faults that this connection has received. The first call subscribes to faults; status() updates them. Does not
   /// wait.

@@ -207,6 +207,7 @@ struct ContactReport {
 struct ArmStatus {
   std::string name;                ///< in the cell file
   CellMode mode = CellMode::kRun;  ///< the stricter of the modes of the cell and of the arm
+  double speed = 1.0;              ///< speed override in force: the lower of the cell's and the arm's own
   bool driver_alive = false;       ///< heartbeats of its driver arrive
   bool planner_alive = false;      ///< heartbeats of the planner in charge arrive
   std::optional<ArmState> state;   ///< empty: the supervisor has received none
@@ -230,6 +231,7 @@ struct CellStatus {
   std::string cell;                       ///< name in the cell file
   CellMode mode = CellMode::kRun;         ///< of the cell
   Cause cause;                            ///< why the mode is not kRun
+  double speed = 1.0;                     ///< speed override of the cell, 0.01 to 1
   std::vector<std::string> held_arms;     ///< by name or by a fault
   std::vector<std::string> stopped_arms;  ///< by name
   std::string supervisor;                 ///< node that leads

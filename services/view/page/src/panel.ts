@@ -1,7 +1,8 @@
 /// The panels beside the scene. They write a text only when it changes, so that a cell of 30 arms costs little.
 import type { Arm, ArmStatus, CellMessage, Fault, ObstaclesMessage, StatusMessage } from "./protocol";
 import {
-  ageText, clockText, distanceText, durationText, isOpen, MARKS, matches, modeText, reasonOf, stateOf, type ArmState,
+  ageText, clockText, distanceText, durationText, isOpen, MARKS, matches, modeText, overrideText, reasonOf, stateOf,
+  type ArmState,
 } from "./words";
 
 export function byId(id: string): HTMLElement {
@@ -157,7 +158,8 @@ export class Panel {
       setText(parts.mark, MARKS[state]);
       parts.mark.dataset.state = state;
       parts.mark.title = state;
-      setText(parts.age, state === "stale" ? ageText(age(arm.name)) : state);
+      setText(parts.age, [state === "stale" ? ageText(age(arm.name)) : state, overrideText(arm.speed_override)]
+        .filter(Boolean).join(" "));
       setText(parts.why, sentence(arm, state, age(arm.name)));
       row.setAttribute("aria-selected", String(arm.name === this.selected));
     }
@@ -249,7 +251,7 @@ export class Panel {
     set("command", arm.command_age === undefined ? "–" : durationText(arm.command_age));
     set("planner", arm.planner);
     set("carried", arm.carried || "nothing");
-    set("speed", arm.speed === undefined ? "–" : arm.speed.toFixed(2));
+    set("speed", [arm.speed === undefined ? "–" : arm.speed.toFixed(2), arm.speed_override < 1 && `at most ${overrideText(arm.speed_override)}`].filter(Boolean).join(", "));
   }
 
   private layOutDetail(right: HTMLElement, arm: Arm): void {

@@ -121,6 +121,7 @@ export interface Goal {
 export interface ArmStatus {
   name: string;
   mode: "run" | "hold" | "stop" | "unknown";
+  speed_override: number; // ordered share of its velocity limits
   waiting: Cause | null; // null: it moves
   planner: string;
   drive: string | null; // null: no state was received
@@ -164,6 +165,7 @@ export interface StatusMessage {
   wall: number; // Unix time of the server
   mode: "run" | "hold" | "stop" | null;
   cause: Cause | null;
+  speed_override: number | null; // of the cell; null: no supervisor
   term: number;
   supervisor: string;
   contacts: { count: number; smallest: { a: string; b: string; distance: number } | null } | null;

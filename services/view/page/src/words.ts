@@ -71,9 +71,15 @@ export function shareOf(part: number, whole: number): number {
 
 export const isOpen = (fault: Fault): boolean => fault.duration === null;
 
-/** "RUN", or what holds the cell. */
-export function modeText(status: StatusMessage): string {
-  return status.mode === null ? "NO SUPERVISOR" : status.mode.toUpperCase();
+/** "RUN", or what holds the cell; a lower speed: "RUN 30 %". */
+export function modeText(status: Pick<StatusMessage, "mode" | "speed_override">): string {
+  if (status.mode === null) return "NO SUPERVISOR";
+  return [status.mode.toUpperCase(), overrideText(status.speed_override ?? 1)].filter(Boolean).join(" ");
+}
+
+/** "30 %"; empty at full speed. */
+export function overrideText(share: number): string {
+  return share < 1 ? `${Math.round(share * 1e4) / 100} %` : "";
 }
 
 /** Every word of `query` is part of one of the texts; case does not matter. */

@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { ArmStatus } from "../src/protocol";
-import { ageText, distanceText, matches, offsetText, reasonOf, shareOf, stateOf } from "../src/words";
+import { ageText, distanceText, matches, offsetText, modeText, reasonOf, shareOf, stateOf } from "../src/words";
 
 const arm = (change: Partial<ArmStatus> = {}): ArmStatus => ({
-  name: "north", mode: "run", waiting: null, planner: "planner/north", drive: "running", goal: null, lost: false,
+  name: "north", mode: "run", speed_override: 1, waiting: null, planner: "planner/north", drive: "running", goal: null, lost: false,
   ...change,
 });
 const cause = (kind: string, text = "why"): ArmStatus["waiting"] => ({ kind, subject: "", text });
@@ -63,4 +63,11 @@ test("a search finds all of its words, in any order and case", () => {
   assert.ok(matches("", "north"));
   assert.ok(matches("NOR wait", "north", "waits for west"));
   assert.ok(!matches("north south", "north"));
+});
+
+test("the mode says a lower speed", () => {
+  assert.equal(modeText({ mode: "run", speed_override: 1 }), "RUN");
+  assert.equal(modeText({ mode: "run", speed_override: 0.3 }), "RUN 30 %");
+  assert.equal(modeText({ mode: "hold", speed_override: 0.015 }), "HOLD 1.5 %");
+  assert.equal(modeText({ mode: null, speed_override: null }), "NO SUPERVISOR");
 });

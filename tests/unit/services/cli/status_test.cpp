@@ -85,8 +85,8 @@ msg::CellStatus example_status() {
 TEST(StatusJson, HasAllKeys) {
   const Json json = to_json(example_status());
   for (const char* key :
-       {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "arm_orders", "cause", "term", "supervisor",
-        "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "contact_report", "obstacles"}) {
+       {"cell", "mode", "held_arms", "lost_arms", "stopped_arms", "speed", "arm_speeds", "arm_orders", "cause", "term",
+        "supervisor", "standby", "uptime_s", "arms", "nodes", "hosts", "faults", "contact_report", "obstacles"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["mode"], "run");
@@ -101,6 +101,24 @@ TEST(StatusJson, HasAllKeys) {
   EXPECT_EQ(json["hosts"][0]["processes"][0]["running"], false);
   EXPECT_EQ(json["obstacles"][0]["xyz_rpy"], (Json{0.0, 0.0, 2.0, 0.0, 0.0, 0.0}));
   EXPECT_TRUE(json["contact_report"].is_null());
+}
+
+TEST(StatusText, SaysASpeedBelowFullSpeed) {
+  msg::CellStatus status = example_status();
+  EXPECT_EQ(status_text(status, Palette(false)).find("speed"), std::string::npos);
+  status.mode().speed(0.3);
+  msg::ArmSpeed own;
+  own.arm("north");
+  own.speed(0.125);
+  status.mode().speeds({own});
+  status.arms()[0].speed(0.125);
+  EXPECT_NE(mode_text(status, Palette(false)).find(": run, speed 30 %, north 12.5 %"), std::string::npos)
+      << mode_text(status, Palette(false));
+  EXPECT_NE(arms_text(status, Palette(false)).find("12.5 %"), std::string::npos);
+  EXPECT_EQ(to_json(status)["speed"], 0.3);
+  EXPECT_EQ(to_json(status)["arm_speeds"], (Json{{{"arm", "north"}, {"speed", 0.125}}}));
+  EXPECT_EQ(speed_text(0.01), "1 %");
+  EXPECT_EQ(speed_text(1.0), "100 %");
 }
 
 TEST(StatusJson, ListsCarriedObjects) {

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "services/runtime/orders.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -49,6 +51,37 @@ TEST(CellModeView, TheStricterOfCellAndArmCounts) {
   EXPECT_EQ(view.why("arm1"), make_cause(msg::CauseKind::CAUSE_HOLD_ORDERED, {}, "the cell is held: door"));
   EXPECT_EQ(view.why("arm3"),
             make_cause(msg::CauseKind::CAUSE_STOP_ORDERED, "arm3", "the arm is stopped: stop by operator"));
+}
+
+TEST(CellModeView, TheLowerSpeedOfCellAndArmCountsAndRemainsInSilence) {
+  CellModeView view;
+  EXPECT_EQ(view.speed("arm1"), kSlowestSpeed) << "before any order";
+  msg::CellMode message = mode(msg::Mode::MODE_RUN, 1);
+  message.speed(0.5);
+  msg::ArmSpeed own;
+  own.arm("arm2");
+  own.speed(0.3);
+  message.speeds({own});
+  ASSERT_TRUE(view.apply(message));
+  EXPECT_EQ(view.speed("arm1"), 0.5);
+  EXPECT_EQ(view.speed("arm2"), 0.3);
+  view.forget_order();
+  EXPECT_EQ(view.order("arm1"), msg::Mode::MODE_HOLD);
+  EXPECT_EQ(view.speed("arm2"), 0.3) << "the last ordered value holds";
+}
+
+TEST(CellModeView, ANewLeaderDoesNotRaiseTheSpeedBeforeItKnowsTheOrder) {
+  const bus::Clock::time_point start{};
+  CellModeView view;
+  msg::CellMode slow = mode(msg::Mode::MODE_RUN, 1);
+  slow.speed(0.3);
+  ASSERT_TRUE(view.apply(slow, start));
+  ASSERT_TRUE(view.apply(mode(msg::Mode::MODE_RUN, 2), start));
+  EXPECT_EQ(view.speed("arm1"), 0.3);
+  slow.term(2);
+  slow.speed(0.2);
+  ASSERT_TRUE(view.apply(slow, start)) << "it has taken the order over";
+  EXPECT_EQ(view.speed("arm1"), 0.2);
 }
 
 TEST(CellModeView, AnOlderTermIsIgnoredAndTheSameTermIsNot) {

@@ -1,5 +1,7 @@
 #include "services/supervisor/cell_mode.hpp"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 namespace hecaton::services {
@@ -51,6 +53,57 @@ TEST_F(CellModeStateTest, KeepsOrdersOfSingleArms) {
   EXPECT_EQ(mode_.mode_of("arm3"), msg::Mode::MODE_HOLD);
   EXPECT_TRUE(is_none(mode_.resume({})));
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
+}
+
+TEST_F(CellModeStateTest, SetsTheSpeedOfTheCellAndOfArms) {
+  EXPECT_TRUE(is_none(mode_.set_speed({}, 0.5)));
+  EXPECT_TRUE(is_none(mode_.set_speed({"arm1", "arm2"}, 0.3)));
+  EXPECT_TRUE(is_none(mode_.set_speed({"arm3"}, 0.8)));
+  EXPECT_EQ(mode_.speed_of("arm1"), 0.3);
+  EXPECT_EQ(mode_.speed_of("arm3"), 0.5) << "the cell's is lower";
+  EXPECT_TRUE(is_none(mode_.set_speed({"arm1"}, 1.0)));
+  EXPECT_EQ(mode_.speed_of("arm1"), 0.5);
+  const msg::CellMode decision = mode_.decide();
+  EXPECT_EQ(decision.speed(), 0.5);
+  ASSERT_EQ(decision.speeds().size(), 2U);
+  EXPECT_EQ(decision.speeds()[0].arm(), "arm2");
+  EXPECT_EQ(orders_in(decision), mode_.orders());
+  EXPECT_TRUE(is_none(mode_.set_speed({}, 1.0)));
+  EXPECT_EQ(mode_.speed_of("arm2"), 0.3) << "an arm keeps its own";
+}
+
+TEST_F(CellModeStateTest, KeepsTheSpeedWhenPeopleHoldAndResume) {
+  EXPECT_TRUE(is_none(mode_.set_speed({}, 0.3)));
+  EXPECT_TRUE(is_none(mode_.stop({})));
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.speed_of("arm1"), 0.3);
+}
+
+TEST_F(CellModeStateTest, RefusesSpeedsBeyondTheLimitsAndUnknownArms) {
+  EXPECT_TRUE(is_none(mode_.set_speed({}, 0.01)));
+  for (const double speed : {0.0099, 0.0, -0.3, 1.001, 30.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_EQ(mode_.set_speed({}, speed).kind(), msg::CauseKind::CAUSE_INVALID_VALUE) << speed;
+    EXPECT_EQ(mode_.slow_down({"arm1"}, speed).kind(), msg::CauseKind::CAUSE_INVALID_VALUE) << speed;
+  }
+  EXPECT_EQ(mode_.set_speed({}, 30.0).text(), "speed 3000 % must be 1 % to 100 %; nothing was changed");
+  EXPECT_EQ(mode_.set_speed({"arm1", "arm9"}, 0.3).kind(), msg::CauseKind::CAUSE_UNKNOWN_NAME);
+  EXPECT_EQ(mode_.speed_of("arm1"), 0.01);
+  EXPECT_TRUE(mode_.orders().speeds.empty());
+}
+
+TEST_F(CellModeStateTest, TakesOverTheLowerSpeeds) {
+  EXPECT_TRUE(is_none(mode_.set_speed({}, 0.5)));
+  EXPECT_TRUE(is_none(mode_.slow_down({}, 0.7)));
+  EXPECT_TRUE(is_none(mode_.slow_down({"arm1"}, 0.2)));
+  EXPECT_EQ(mode_.orders().speed, 0.5);
+  Orders others;
+  others.speed = 0.4;
+  others.speeds = {{"arm1", 0.6}, {"arm2", 0.1}, {"arm9", 0.1}};
+  mode_.add(others);
+  EXPECT_EQ(mode_.orders().speed, 0.4);
+  EXPECT_EQ(mode_.orders().speeds, (std::map<std::string, double, std::less<>>{{"arm1", 0.2}, {"arm2", 0.1}}));
+  mode_.restore(others);
+  EXPECT_EQ(mode_.speed_of("arm1"), 0.4) << "a restored order replaces";
 }
 
 TEST_F(CellModeStateTest, ResumesAnArmStoppedByNameOnlyByName) {

@@ -321,6 +321,17 @@ TEST_F(CellStatusTest, RemovesUnreplicatedFaultsThatALaterLeaderPublished) {
   EXPECT_FALSE(unreplicated.remove_published({{fault.id(), fault}})) << "only once";
 }
 
+TEST_F(CellStatusTest, JudgesAnArmAtOnePercentByItsSpeed) {
+  snapshot_.update_goal(goal(1, "way", msg::GoalState::GOAL_ACTIVE));
+  state("left", msg::ArmMode::ARM_RUNNING, 5e-4, {});
+  EXPECT_TRUE(stands_without_reason("left", watch_, snapshot_));
+  EXPECT_TRUE(is_none(watch_.mode().set_speed({"left"}, 0.01)));
+  EXPECT_FALSE(stands_without_reason("left", watch_, snapshot_)) << "0.5 mrad/s is motion at 1 %";
+  EXPECT_EQ(status().arms()[0].speed(), 0.01);
+  state("left", msg::ArmMode::ARM_RUNNING, 0.0, {});
+  EXPECT_TRUE(stands_without_reason("left", watch_, snapshot_));
+}
+
 class StandbyStatus : public CellStatusTest {
  protected:
   StandbyStatus() { failover_ = PlannerFailover({{"left", {"planner/left", "planner/left@beta"}}}); }

@@ -36,6 +36,9 @@ Checkpoint some_checkpoint() {
                                    std::chrono::nanoseconds(30)});
   memory.unreplicated.cell = msg::Mode::MODE_HOLD;
   memory.unreplicated.arms = {{"left", msg::Mode::MODE_STOP}};
+  memory.orders.speed = 0.5;
+  memory.orders.speeds = {{"left", 0.3}};
+  memory.unreplicated.speed = 0.5;
   return memory;
 }
 
@@ -54,6 +57,7 @@ TEST(CheckpointText, ContainsTermOrdersAndFaults) {
       "because / held_by_fault arm1/wrist arm1/wrist touched pallet\n"
       "because right held_by_fault planner/right planner/right: signal 9 (Killed)\n"
       "unreplicated / hold\nunreplicated left stop\n"
+      "speed / 0.5\nspeed left 0.29999999999999999\nunreplicated_speed / 0.5\n"
       "fault 7 2 process_died 2 50 4 open planner/left planner/left planner/left: signal 9 (Killed)\n"
       "fault 6 9 node_silent 1 10 -1 30 - world world: no beat\n";
   EXPECT_EQ(checkpoint_text(some_checkpoint()), text);

@@ -61,6 +61,27 @@ TEST(UnreplicatedOrders, ArePendingUntilTheLeaderPublishesThem) {
   EXPECT_FALSE(unreplicated.remove_published(orders)) << "nothing is pending";
 }
 
+TEST(UnreplicatedOrders, ContainLowerSpeedsUntilTheLeaderPublishesThem) {
+  UnreplicatedOrders unreplicated;
+  unreplicated.become_leader();
+  unreplicated.published({}, 1);
+  unreplicated.acknowledged(1);
+  Orders orders;
+  orders.speed = 0.3;
+  orders.speeds = {{"left", 0.1}};
+  unreplicated.given({});
+  unreplicated.published(orders, 2);
+  EXPECT_EQ(unreplicated.unacknowledged(orders), orders);
+  unreplicated.step_down(orders);
+  Orders known;
+  known.speed = 0.2;
+  known.speeds = {{"left", 0.5}};
+  EXPECT_FALSE(unreplicated.remove_published(known));
+  EXPECT_EQ(unreplicated.pending().speed, 1.0) << "the leader's speed is lower";
+  EXPECT_EQ(unreplicated.pending().speeds, orders.speeds);
+  EXPECT_TRUE(unreplicated.remove_published(orders));
+}
+
 TEST(UnreplicatedOrders, NeedANewAcknowledgementWhenGivenAgain) {
   UnreplicatedOrders unreplicated;
   unreplicated.become_leader();
