@@ -1,4 +1,4 @@
-"""Checks the type hashes of services/ros2/ros2_types.hpp against the types of idl/ros2/ros2.idl.
+"""Checks the type hashes of services/ros2_messages/ros2_types.hpp against the types of idl/ros2/ros2.idl.
 
 usage: ros2_type_hashes.py ROOT [--write]
 
@@ -93,7 +93,7 @@ def all_types(root):
 def main():
     root = pathlib.Path(sys.argv[1])
     types = all_types(root)
-    header = root / "services/ros2/ros2_types.hpp"
+    header = root / "services/ros2_messages/ros2_types.hpp"
     row = re.compile(r'("([\w]+/[\w]+/\w+)",\s*")([0-9a-f]*)(")')
     text = header.read_text(encoding="utf-8")
     right = row.sub(lambda match: match[1] + type_hash(types, match[2]) + match[4], text)

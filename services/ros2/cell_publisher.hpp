@@ -2,7 +2,6 @@
 /// The topics on which a cell appears in ROS 2. docs/reference/ros2.md lists them.
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,19 +9,12 @@
 
 #include <hecaton/types.hpp>
 
-#include "services/ros2/cell_description.hpp"
-#include "services/ros2/cell_view.hpp"
-#include "services/ros2/markers.hpp"
+#include "services/config/cell_file.hpp"
 #include "services/ros2/planning_scene.hpp"
 #include "services/ros2/publisher.hpp"
+#include "services/ros2_messages/cell_messages.hpp"
 
 namespace hecaton::ros2 {
-
-/// The path of the tool of one arm that a node of ROS 2 has ordered.
-struct OrderedPath {
-  std::string arm;
-  std::vector<planner::JointVector> points;  ///< [rad | m]
-};
 
 /// For one thread. `file` must outlive it.
 class CellPublisher {
@@ -50,23 +42,10 @@ class CellPublisher {
   struct ArmTopics {
     ArmTopics(const planner::Arm& of, bus::Participant& participant, const std::string& ns);
     const planner::Arm* arm;
-    std::vector<LinkFrame> frames;
-    std::vector<std::string> joints;  ///< with prefix
     Publisher<String> description;
     Publisher<JointState> states;
     Publisher<DiagnosticStatus> status;
   };
-  struct MarkerTopic {
-    MarkerTopic(bus::Participant& participant, const std::string& name)
-        : publisher(participant, name, type::kMarkers) {}
-    Publisher<MarkerArray> publisher;
-    MarkerLayer layer;
-  };
-
-  void mark_goal(const ArmSnapshot& arm);
-  void mark_binding(const CellView& view, const ArmSnapshot& arm);
-  void mark_plans(CellView& view, const std::vector<OrderedPath>& ordered);
-
   const config::CellFile& file_;
   bool simulated_;  ///< all devices are
   Publisher<String> description_;
@@ -75,11 +54,9 @@ class CellPublisher {
   Publisher<TFMessage> fixed_transforms_;
   Publisher<ros2::Clock> clock_;
   Publisher<DiagnosticArray> diagnostics_;
-  std::map<std::string, MarkerTopic> markers_;
+  CellMarkers markers_;
+  std::vector<Publisher<MarkerArray>> marker_topics_;  ///< by CellMarkers::Topic
   std::vector<std::unique_ptr<ArmTopics>> arms_;
 };
-
-/// The status of an arm as ROS 2 shows it. Pure.
-[[nodiscard]] DiagnosticStatus status_of(const ArmSnapshot& arm, bus::Clock::time_point now);
 
 }  // namespace hecaton::ros2

@@ -14,6 +14,7 @@
 
 #include <hecaton/client.hpp>
 
+#include "services/config/cell_file.hpp"
 #include "services/ros2/scene_editor.hpp"
 #include "services/ros2/trajectory_server.hpp"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "services/ros2/cdr.hpp"
+#include "services/ros2_messages/cdr.hpp"
 
 namespace hecaton::ros2 {
 namespace {

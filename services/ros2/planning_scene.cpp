@@ -7,7 +7,7 @@
 #include "planner/model/convex_hull.hpp"
 #include "services/bus/wire_rules.hpp"
 #include "services/config/obstacle_rules.hpp"
-#include "services/ros2/cell_description.hpp"
+#include "services/ros2_messages/cell_description.hpp"
 
 namespace hecaton::ros2 {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "planner/cell.hpp"
 #include "planner/model/kinematics.hpp"
-#include "services/ros2/ros2_types.hpp"
+#include "services/ros2_messages/ros2_types.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::ros2 {

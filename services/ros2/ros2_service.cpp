@@ -59,7 +59,8 @@ std::optional<NodeGraph> graph_of(const config::Ros2& ros2, bus::Participant& pa
 Ros2Service::Ros2Service(const config::CellFile& file, const services::ServiceOptions& options,
                          const services::ShutdownSignal& shutdown)
     : file_(file),
-      participant_(services::make_participant(file, options, services::Role::kViewer, services::ros2_node(), &mailbox_)),
+      participant_(
+          services::make_participant(file, options, services::Role::kViewer, services::ros2_node(), &mailbox_)),
       ros_participant_(ros_participant(file)),
       modes_(participant_, &mailbox_),
       heartbeat_(
@@ -67,7 +68,7 @@ Ros2Service::Ros2Service(const config::CellFile& file, const services::ServiceOp
           {services::ros2_node(), msg::NodeKind::NODE_OTHER, "", options.host.empty() ? file.ros2->host : options.host},
           services::heartbeat_timing(file, options)),
       loop_(kLoopPeriod, shutdown),
-      view_(file, participant_, mailbox_),
+      cell_(file, participant_, mailbox_),
       connection_(connect(file, options)),
       publisher_(file, ros_participant_),
       control_(control_of(file, ros_participant_, connection_, ros_mailbox_)),
@@ -84,8 +85,8 @@ void Ros2Service::run() {
     modes_.update();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
     if (participant_.recovering()) continue;
-    view_.update();
-    if (control_) control_->update(view_, loop_.now());
+    cell_.update();
+    if (control_) control_->update(cell_.view(), loop_.now());
     publish(loop_.now());
     look_at_graph(loop_.now());
     ++ticks_;
@@ -94,10 +95,10 @@ void Ros2Service::run() {
 }
 
 void Ros2Service::publish(Clock::time_point now) {
-  if (ticks_ % ticks_of(file_.ros2->period) == 0) publisher_.publish_states(view_, now);
+  if (ticks_ % ticks_of(file_.ros2->period) == 0) publisher_.publish_states(cell_.view(), now);
   if (ticks_ % kMarkerTicks == 0)
-    publisher_.publish_markers(view_, control_ ? control_->paths() : std::vector<OrderedPath>());
-  if (ticks_ % kStatusTicks == 0) publisher_.publish_arm_status(view_, now);
+    publisher_.publish_markers(cell_.view(), control_ ? control_->paths() : std::vector<OrderedPath>());
+  if (ticks_ % kStatusTicks == 0) publisher_.publish_arm_status(cell_.view(), now);
   const StatusPoller::Answer status = status_.newest();
   if (status.number == told_status_) return;
   told_status_ = status.number;

@@ -6,7 +6,7 @@
 
 #include "services/config/cell_file.hpp"
 #include "services/ros2/cell_publisher.hpp"
-#include "services/ros2/cell_view.hpp"
+#include "services/ros2/cell_reader.hpp"
 #include "services/ros2/control.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/status_poller.hpp"
@@ -43,7 +43,7 @@ class Ros2Service {
   services::CellModeListener modes_;
   services::HeartbeatPublisher heartbeat_;
   services::PeriodicLoop loop_;
-  CellView view_;
+  CellReader cell_;
   std::shared_ptr<client::Connection> connection_;
   CellPublisher publisher_;
   std::optional<Control> control_;  ///< empty: ROS 2 nodes may only watch

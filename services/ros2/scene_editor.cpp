@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "services/messages/convert.hpp"
-#include "services/ros2/cell_description.hpp"
+#include "services/ros2_messages/cell_description.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::ros2 {

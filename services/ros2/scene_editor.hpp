@@ -13,10 +13,11 @@
 #include <vector>
 
 #include "services/client/connection.hpp"
-#include "services/ros2/cell_view.hpp"
+#include "services/config/cell_file.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/planning_scene.hpp"
 #include "services/ros2/publisher.hpp"
+#include "services/ros2_messages/cell_view.hpp"
 
 namespace hecaton::ros2 {
 

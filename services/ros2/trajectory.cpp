@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "services/bus/wire_rules.hpp"
-#include "services/ros2/cell_description.hpp"
 #include "services/ros2/publisher.hpp"
+#include "services/ros2_messages/cell_description.hpp"
 
 namespace hecaton::ros2 {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "planner/model/arm.hpp"
-#include "services/ros2/ros2_types.hpp"
+#include "services/ros2_messages/ros2_types.hpp"
 
 namespace hecaton::ros2 {
 

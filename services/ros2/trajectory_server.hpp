@@ -11,10 +11,10 @@
 #include <hecaton/client.hpp>
 
 #include "services/ros2/cell_publisher.hpp"
-#include "services/ros2/cell_view.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2/trajectory.hpp"
+#include "services/ros2_messages/cell_view.hpp"
 
 namespace hecaton::ros2 {
 

@@ -1,6 +1,6 @@
-#include "services/ros2/markers.hpp"
+#include "services/ros2_messages/markers.hpp"
 
-#include "services/ros2/cell_description.hpp"
+#include "services/ros2_messages/cell_description.hpp"
 
 namespace hecaton::ros2 {
 namespace {
@@ -68,7 +68,7 @@ void MarkerLayer::begin(const Time& stamp) {
   message_.markers.clear();
   numbers_.clear();
   present_.clear();
-  if (!first_) return;
+  if (!first_ && content_ == Content::kChanges) return;
   first_ = false;
   Marker& all = message_.markers.emplace_back();
   all.header = {stamp_, kWorldFrame};
@@ -125,7 +125,7 @@ void MarkerLayer::add_axes(const std::string& ns, const world::Pose& X_WF, doubl
 
 const MarkerArray& MarkerLayer::end() {
   for (const MarkerKey& key : before_) {
-    if (present_.contains(key)) continue;
+    if (content_ == Content::kWhole || present_.contains(key)) continue;
     Marker& gone = message_.markers.emplace_back();
     gone.header = {stamp_, kWorldFrame};
     gone.ns = key.first;

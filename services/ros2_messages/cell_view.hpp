@@ -1,5 +1,6 @@
 #pragma once
-/// What hecaton-ros2 knows of its cell: the newest messages of drivers, planners and the world service.
+/// What programs that show a cell in the messages of ROS 2 know of it: the newest messages of drivers, planners and the
+/// world service. It knows no network.
 
 #include <functional>
 #include <map>
@@ -11,9 +12,10 @@
 #include <idl/goal.h>
 #include <idl/world.h>
 
+#include "planner/cell.hpp"
 #include "planner/model/kinematics.hpp"
 #include "services/bus/endpoint.hpp"
-#include "services/config/cell_file.hpp"
+#include "world/model/scene.hpp"
 
 namespace hecaton::ros2 {
 
@@ -25,16 +27,23 @@ struct ArmSnapshot {
   const planner::Kinematics* kinematics = nullptr;    ///< at the measured position; null: not known
 };
 
-/// For one thread. References that it returns are valid until the next update().
+/// For one thread. References that it returns are valid until the next apply().
 class CellView {
  public:
   using Clock = bus::Clock;
 
-  /// `file` and `mailbox` must outlive it.
-  CellView(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox);
+  /// `cell` must outlive it.
+  explicit CellView(const planner::Cell& cell);
 
-  /// Takes all that has arrived.
-  void update();
+  // Takes a sample, or the withdrawal of its key.
+  void apply(bus::Sample<msg::ArmState> sample);
+  void apply(bus::Sample<msg::GoalStatus> sample);
+  void apply(const bus::Sample<msg::ObstacleShapes>& sample);
+  void apply(bus::Sample<msg::ObstacleStates> sample);
+  void apply(const bus::Sample<msg::CoupledPlan>& sample);
+  /// Takes the shapes of an obstacle. They are ignored when they are malformed.
+  void set_shapes(const std::string& name, const msg::Obstacle& obstacle);
+  void forget_shapes() { known_shapes_.clear(); }
 
   [[nodiscard]] std::size_t size() const { return arms_.size(); }
   [[nodiscard]] ArmSnapshot arm(std::size_t index) const;
@@ -48,7 +57,7 @@ class CellView {
   /// By name, as of the last place_obstacles().
   [[nodiscard]] const std::map<std::string, Obstacle>& obstacles() const { return obstacles_; }
   /// The plans of several arms that are in force.
-  [[nodiscard]] std::vector<msg::CoupledPlan> coupled_plans();
+  [[nodiscard]] const std::map<std::string, msg::CoupledPlan>& coupled_plans() const { return plans_; }
   /// The origin in W of a body as a planner names it, "north/forearm" or "crate"; empty: unknown.
   [[nodiscard]] std::optional<Eigen::Vector3d> position_of(const std::string& body) const;
   /// Where the tool of an arm is at q.
@@ -63,17 +72,9 @@ class CellView {
     bool placed = false;
   };
 
-  void take_states();
-  void take_goals();
-  void take_obstacles();
-
   std::vector<Known> arms_;
   std::map<std::string, std::size_t, std::less<>> index_;
-  bus::Reader<msg::ArmState> states_;
-  bus::Reader<msg::GoalStatus> goals_;
-  bus::Reader<msg::ObstacleShapes> shapes_;
-  bus::Reader<msg::ObstacleStates> obstacle_states_;
-  bus::Reader<msg::CoupledPlan> plans_;
+  std::map<std::string, msg::CoupledPlan> plans_;
   std::map<std::string, std::vector<world::PlacedShape>> known_shapes_;
   msg::ObstacleStates newest_;
   std::map<std::string, Obstacle> obstacles_;

@@ -1,4 +1,4 @@
-#include "services/ros2/cell_description.hpp"
+#include "services/ros2_messages/cell_description.hpp"
 
 #include <array>
 #include <cstdio>

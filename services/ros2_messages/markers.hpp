@@ -1,6 +1,7 @@
 #pragma once
 /// Markers of ROS 2 for what a cell's planners and its world service publish. All are in the frame `world`.
 
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -9,7 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include "services/ros2/ros2_types.hpp"
+#include "services/ros2_messages/ros2_types.hpp"
 #include "world/model/pose.hpp"
 #include "world/model/scene.hpp"
 
@@ -27,6 +28,12 @@ using MarkerKey = std::pair<std::string, std::int32_t>;
 /// The markers of one topic. A marker that is not in the next message is deleted in it.
 class MarkerLayer {
  public:
+  enum class Content : std::uint8_t {
+    kChanges,  ///< a reader needs each message: it deletes what the last one had
+    kWhole,    ///< each message deletes all markers before its own, so that a reader may miss messages
+  };
+  explicit MarkerLayer(Content content = Content::kChanges) : content_(content) {}
+
   /// Begins a message. The first one deletes what an earlier process has left.
   void begin(const Time& stamp);
   /// A marker with its header, namespace, number and colour; lines and texts get their points and text by the caller.
@@ -41,7 +48,8 @@ class MarkerLayer {
   /// The three axes of a frame: x red, y green, z blue.
   void add_axes(const std::string& ns, const world::Pose& X_WF, double length);
   /// Ends the message. Valid until the next begin().
-  [[nodiscard]] const MarkerArray& end();
+  const MarkerArray& end();
+  [[nodiscard]] const MarkerArray& message() const { return message_; }
 
  private:
   Time stamp_;
@@ -49,6 +57,7 @@ class MarkerLayer {
   std::map<std::string, std::int32_t> numbers_;  ///< of the next marker, by namespace
   std::set<MarkerKey> present_;
   std::set<MarkerKey> before_;
+  Content content_;
   bool first_ = true;
 };
 

@@ -1,0 +1,104 @@
+#include "services/ros2_messages/cell_view.hpp"
+
+#include <tuple>
+#include <utility>
+
+#include "services/messages/convert.hpp"
+
+namespace hecaton::ros2 {
+namespace {
+
+/// `a` is a later status of the same arm than `b`: stamps of one term have one clock.
+bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b) {
+  return std::tuple(a.term(), a.stamp_ns(), a.sequence_number()) >
+         std::tuple(b.term(), b.stamp_ns(), b.sequence_number());
+}
+
+}  // namespace
+
+CellView::CellView(const planner::Cell& cell) {
+  for (const planner::PlannedArm& planned : cell.arms) {
+    index_.emplace(planned.arm.name, arms_.size());
+    arms_.emplace_back().arm = &planned.arm;
+  }
+}
+
+void CellView::apply(bus::Sample<msg::ArmState> sample) {
+  const auto found = index_.find(sample.value.arm());
+  if (sample.disposed || found == index_.end()) return;
+  Known& known = arms_[found->second];
+  const auto q = messages::joints_from_message(sample.value.q(), "ArmState", known.arm->model->joints());
+  known.placed = static_cast<bool>(q);
+  if (q) planner::forward_kinematics(*known.arm->model, known.arm->X_WB, *q, known.kinematics);
+  known.state = std::move(sample);
+}
+
+void CellView::apply(bus::Sample<msg::GoalStatus> sample) {
+  const auto found = index_.find(sample.value.arm());
+  if (sample.disposed || found == index_.end()) return;
+  auto& goal = arms_[found->second].goal;
+  if (sample.value.state() == msg::GoalState::GOAL_REPLACED) return;
+  if (!goal || is_later(sample.value, *goal)) goal = std::move(sample.value);
+}
+
+void CellView::apply(const bus::Sample<msg::ObstacleShapes>& sample) {
+  if (sample.disposed) {
+    known_shapes_.erase(sample.key);
+  } else {
+    set_shapes(sample.value.name(), sample.value.obstacle());
+  }
+}
+
+void CellView::set_shapes(const std::string& name, const msg::Obstacle& obstacle) {
+  if (const auto known = messages::from_message(obstacle)) known_shapes_[name] = known->shapes;
+}
+
+void CellView::apply(bus::Sample<msg::ObstacleStates> sample) {
+  if (!sample.disposed) newest_ = std::move(sample.value);
+}
+
+void CellView::apply(const bus::Sample<msg::CoupledPlan>& sample) {
+  if (sample.disposed || sample.value.arms().empty()) {
+    plans_.erase(sample.key);
+  } else {
+    plans_.insert_or_assign(sample.key, sample.value);
+  }
+}
+
+void CellView::place_obstacles() {
+  obstacles_.clear();
+  for (const msg::ObstacleState& state : newest_.states()) {
+    const auto shapes = known_shapes_.find(state.name());
+    const auto pose = messages::from_message(state.X_WO(), state.name());
+    if (shapes != known_shapes_.end() && pose) obstacles_[state.name()] = {shapes->second, *pose};
+  }
+}
+
+ArmSnapshot CellView::arm(std::size_t index) const {
+  const Known& known = arms_[index];
+  return {known.arm, known.state ? &*known.state : nullptr, known.goal ? &*known.goal : nullptr,
+          known.placed ? &known.kinematics : nullptr};
+}
+
+std::optional<Eigen::Vector3d> CellView::position_of(const std::string& body) const {
+  if (const auto obstacle = obstacles_.find(body); obstacle != obstacles_.end()) {
+    return obstacle->second.X_WO.translation();
+  }
+  const auto slash = body.find('/');
+  const auto found = index_.find(std::string_view(body).substr(0, slash));
+  if (slash == std::string::npos || found == index_.end() || !arms_[found->second].placed) return std::nullopt;
+  const Known& known = arms_[found->second];
+  const auto& links = known.arm->model->links;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (body.compare(slash + 1, std::string::npos, links[i].name) == 0) return known.kinematics.X_WL[i].translation();
+  }
+  return std::nullopt;
+}
+
+world::Pose CellView::tool_at(const planner::Arm& arm, const planner::JointVector& q) {
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+  return kinematics.X_WT;
+}
+
+}  // namespace hecaton::ros2
