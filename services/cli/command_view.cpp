@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -19,6 +21,7 @@ struct Options {
   std::optional<std::uint64_t> port;
   bool control = false;
   bool no_stop = false;
+  std::vector<std::string> origins;
 };
 
 /// Does not return; throws Failure when the view cannot be run.
@@ -33,6 +36,7 @@ ExitCode become_view(const Settings& settings, const Options& options) {
   if (options.port) words.insert(words.end(), {"--port", std::to_string(*options.port)});
   if (options.control) words.emplace_back("--control");
   if (options.no_stop) words.emplace_back("--no-stop");
+  for (const std::string& origin : options.origins) words.insert(words.end(), {"--allow-origin", origin});
   become("hecaton-view", std::move(words));
 }
 
@@ -49,6 +53,12 @@ void add_view(CLI::App& app, Session& session) {
   add_whole_number(
       *command, "--port", [options](std::uint64_t port) { options->port = port; },
       "port of the page, 0 to 65535; 0: a free one (the cell file's, or 8000 + DDS domain)", 0, 65535);
+  command
+      ->add_option(
+          "--allow-origin", options->origins,
+          "origin of further pages that may connect as Foxglove does, http://vis.example:8080; may be repeated")
+      ->type_name("ORIGIN")
+      ->allow_extra_args(false);
   command->add_flag("--control", options->control,
                     "one page at a time holds, resumes, stops, gives goals and edits obstacles, with the token in the "
                     "printed address; in a secured cell it needs an identity of the role operator");
@@ -57,7 +67,8 @@ void add_view(CLI::App& app, Session& session) {
       "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
       "function. Without --control a page gives no other order, and has no password. With --listen, any program on "
       "that network can read the cell's states and stop the cell. The connection is not encrypted: such a program can "
-      "also read the token.");
+      "also read the token. Foxglove and Lichtblick open the same address with ws:// in place of http://; they give no "
+      "orders.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

@@ -44,6 +44,7 @@ class CellView {
   /// Takes the shapes of an obstacle. They are ignored when they are malformed.
   void set_shapes(const std::string& name, const msg::Obstacle& obstacle);
   void forget_shapes() { known_shapes_.clear(); }
+  void forget_plans() { plans_.clear(); }
 
   [[nodiscard]] std::size_t size() const { return arms_.size(); }
   [[nodiscard]] ArmSnapshot arm(std::size_t index) const;

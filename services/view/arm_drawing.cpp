@@ -110,7 +110,9 @@ ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::Source
   bool found_some = false;
   drawing.urdf = with_filenames(text, [&](const std::string& uri) {
     try {
-      std::string url = mesh_url(planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, in_place));
+      const fs::path file = planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, in_place);
+      std::string url = mesh_url(file);
+      if (uri.find("://") != std::string::npos) named_.try_emplace(uri, file);
       found_some = true;
       return url;
     } catch (const planner::ModelError& error) {
@@ -127,6 +129,11 @@ std::string Drawings::mesh_url(const fs::path& file) {
   auto known = std::find(meshes_.begin(), meshes_.end(), file);
   if (known == meshes_.end()) known = meshes_.insert(known, file);
   return std::string(kMeshes) + std::to_string(known - meshes_.begin()) + "/" + url_name(file.filename().string());
+}
+
+std::optional<fs::path> Drawings::mesh_named(std::string_view uri) const {
+  const auto found = named_.find(uri);
+  return found == named_.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::optional<fs::path> Drawings::mesh(std::string_view path) const {

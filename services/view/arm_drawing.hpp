@@ -30,13 +30,16 @@ class Drawings {
   [[nodiscard]] const std::vector<ArmDrawing>& arms() const { return arms_; }  ///< one per arm of the cell
   /// The mesh or texture at a path of the server ("/meshes/3/hand.stl"); empty: there is none.
   [[nodiscard]] std::optional<std::filesystem::path> mesh(std::string_view path) const;
+  /// The mesh that a URDF names so, "package://arm_description/meshes/hand.stl"; empty: there is none.
+  [[nodiscard]] std::optional<std::filesystem::path> mesh_named(std::string_view uri) const;
 
  private:
   [[nodiscard]] ArmDrawing draw(const config::RobotFiles& robot, const planner::SourceFiles& sources);
   [[nodiscard]] std::string mesh_url(const std::filesystem::path& file);
 
   std::vector<ArmDrawing> arms_;
-  std::vector<std::filesystem::path> meshes_;  ///< by the number in their URL
+  std::vector<std::filesystem::path> meshes_;                        ///< by the number in their URL
+  std::map<std::string, std::filesystem::path, std::less<>> named_;  ///< by the name in a URDF, which has a scheme
 };
 
 }  // namespace hecaton::services::view

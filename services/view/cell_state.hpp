@@ -36,6 +36,7 @@ class CellState {
   void apply(const bus::Sample<msg::ObstacleStates>& sample) { keep(obstacle_states_, sample); }
   void apply(const bus::Sample<msg::ContactReport>& sample) { keep(contacts_, sample); }
   void apply(const bus::Sample<msg::Heartbeat>& sample) { keep(heartbeats_, sample); }
+  void apply(const bus::Sample<msg::CoupledPlan>& sample) { keep(plans_, sample); }
   void apply(const bus::Sample<msg::GoalStatus>& sample);
   void apply(const bus::Sample<msg::ObstacleShapes>& sample);
   void apply(const bus::Sample<msg::Fault>& sample);
@@ -53,6 +54,8 @@ class CellState {
   [[nodiscard]] const Obstacles& obstacles() const { return *obstacles_; }
   [[nodiscard]] const LatestFaults& faults() const { return faults_; }
   [[nodiscard]] const Newest<msg::Heartbeat>& heartbeats() const { return heartbeats_; }
+  /// By the arm that proposes.
+  [[nodiscard]] const Newest<msg::CoupledPlan>& plans() const { return plans_; }
   /// The newest goal of each arm.
   [[nodiscard]] const Newest<msg::GoalStatus>& goals() const { return goals_; }
 
@@ -96,6 +99,7 @@ class CellState {
   Newest<msg::ObstacleStates> obstacle_states_;
   Newest<msg::ContactReport> contacts_;
   Newest<msg::Heartbeat> heartbeats_;
+  Newest<msg::CoupledPlan> plans_;
   LatestFaults faults_;
   std::shared_ptr<const Obstacles> obstacles_;  ///< never changed: copies of the state share it
   std::uint64_t obstacle_edition_ = 1;

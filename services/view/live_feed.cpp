@@ -11,6 +11,7 @@ LiveFeed::LiveFeed(const config::CellFile& file, bus::Participant& participant, 
       obstacle_states_(participant, &mailbox),
       contacts_(participant, &mailbox),
       heartbeats_(participant, &mailbox),
+      plans_(participant, &mailbox),
       faults_(participant, &mailbox),
       state_(file, now_) {}
 
@@ -23,6 +24,7 @@ void LiveFeed::update(bus::Clock::time_point now) {
   take(obstacle_states_);
   take(contacts_);
   take(heartbeats_);
+  take(plans_);
   take(faults_);
   if (participant_.recovering()) state_.forget_order();
 }

@@ -36,6 +36,7 @@ class LiveFeed : public CellFeed {
   bus::Reader<msg::ObstacleStates> obstacle_states_;
   bus::Reader<msg::ContactReport> contacts_;
   bus::Reader<msg::Heartbeat> heartbeats_;
+  bus::Reader<msg::CoupledPlan> plans_;
   bus::Reader<msg::Fault> faults_;
   CellState state_;
 };

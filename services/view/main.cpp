@@ -2,6 +2,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <arpa/inet.h>
@@ -24,6 +25,7 @@ struct Options {
   std::optional<int> port;
   services::ViewOrders orders;
   bool no_stop = false;
+  std::vector<std::string> origins;
 };
 
 void add_options(CLI::App& app, Options& options) {
@@ -34,6 +36,8 @@ void add_options(CLI::App& app, Options& options) {
                "one page at a time gives orders, with the token in the address that is printed; in a secured cell this "
                "needs an identity of the role operator");
   app.add_flag("--no-stop", options.no_stop, "pages without control cannot stop the cell");
+  app.add_option("--allow-origin", options.origins,
+                 "origin of further pages that may connect as Foxglove does, \"http://vis.example:8080\"");
 }
 
 /// The key `view` of the cell file with the options of the command line. Throws std::runtime_error with a sentence.
@@ -72,7 +76,7 @@ int main(int argc, char** argv) {
         const services::LogScope log(services::view_node(), options);
         services::start_exit_notifier(options.exit_fd);
         own.orders.stop = !own.no_stop;
-        services::ViewService(file, options, view, own.orders, shutdown).run();
+        services::ViewService(file, options, view, own.orders, {own.origins, {}}, shutdown).run();
       },
       [&](CLI::App& app) { add_options(app, own); });
 }

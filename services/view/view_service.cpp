@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iostream>
 #include <stdexcept>
+#include <utility>
 
 #include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
@@ -44,17 +45,19 @@ std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceO
 }  // namespace
 
 ViewService::ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-                         const ViewOrders& orders, const ShutdownSignal& shutdown)
+                         const ViewOrders& orders, foxglove::CellServerOptions foxglove, const ShutdownSignal& shutdown)
     : file_(file),
       web_(web_options(file, options, view)),
       participant_(make_participant(file, options, Role::kViewer, view_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(kLoopPeriod, file.supervision.heartbeat_period), shutdown),
       drawings_(file),
       feed_(file, participant_, mailbox_),
+      foxglove_(feed_, file, drawings_, std::move(foxglove)),
       token_(orders.control ? random_token() : std::string()),
       orders_(make_orders(file, options, orders, token_)) {
   web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
   web_.left = [this](const WebClient& page) { orders_->left(page); };
+  web_.protocol = foxglove_.protocol();
   if (options.heartbeat_fd >= 0) {
     const NodeIdentity identity{view_node(), msg::NodeKind::NODE_OTHER, "", view.host};
     heartbeat_.emplace(participant_, identity, heartbeat_timing(file, options));
@@ -82,10 +85,11 @@ void ViewService::run() {
     feed_.update(loop_.now());
     if (!server_) listen(loop_.now());
     if (server_) server_->publish(loop_.now());
+    foxglove_.publish(loop_.now());
     answer_pages();
     if (heartbeat_ && heartbeat_->due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
-  log_info("view shuts down", {{"skipped_messages", server_ ? server_->skipped() : 0}});
+  log_info("view shuts down", {{"skipped_messages", (server_ ? server_->skipped() : 0) + foxglove_.skipped()}});
 }
 
 void ViewService::answer_pages() {

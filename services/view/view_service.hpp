@@ -12,6 +12,7 @@
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/shutdown.hpp"
 #include "services/view/arm_drawing.hpp"
+#include "services/view/foxglove/cell_server.hpp"
 #include "services/view/live_feed.hpp"
 #include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
@@ -31,7 +32,7 @@ class ViewService {
   /// tries again each second. In a secured cell orders need an identity of the role operator. Control throws without
   /// it; without control the pages only show the cell.
   ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-              const ViewOrders& orders, const ShutdownSignal& shutdown);
+              const ViewOrders& orders, foxglove::CellServerOptions foxglove, const ShutdownSignal& shutdown);
 
   /// Returns when `shutdown` was requested.
   void run();
@@ -54,6 +55,7 @@ class ViewService {
   std::optional<HeartbeatPublisher> heartbeat_;  // of a service of an agent
   view::Drawings drawings_;
   LiveFeed feed_;
+  foxglove::CellServer foxglove_;
   std::string token_;  // of control; empty: no page may control
   std::unique_ptr<Orders> orders_;
   std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use

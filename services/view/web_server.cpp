@@ -1,6 +1,7 @@
 #include "services/view/web_server.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -32,6 +33,7 @@ using Message = std::shared_ptr<const std::string>;
 using Messages = std::array<Message, kChannels>;
 
 constexpr const char* kLivePath = "/live";
+constexpr const char* kProtocolPath = "/";
 constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
 constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
 constexpr std::size_t kMostUnread = 64;             // messages to one client
@@ -67,6 +69,17 @@ bool is_same_origin(const Request& request) {
   const std::string_view text = view_of(origin->value());
   constexpr std::string_view kScheme = "http://";
   return text.starts_with(kScheme) && text.substr(kScheme.size()) == view_of(request[http::field::host]);
+}
+
+/// The first of `names` that the client offers; empty: none.
+std::string offered(const Request& request, const std::vector<std::string>& names) {
+  const beast::string_view field = request[http::field::sec_websocket_protocol];
+  const http::token_list tokens{field};
+  for (const std::string& name : names) {
+    if (std::any_of(tokens.begin(), tokens.end(), [&](const auto& token) { return view_of(token) == name; }))
+      return name;
+  }
+  return {};
 }
 
 Response answer(const Request& request, http::status status, std::string body) {
@@ -106,6 +119,30 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
   bool writing_ = false;
 };
 
+/// One WebSocket of the sub-protocol. It keeps itself alive as long as an operation is under way.
+class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
+ public:
+  ProtocolClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {}
+  void accept(Request request, const std::string& name);
+  void close() { beast::get_lowest_layer(stream_).close(); }
+
+ private:
+  void open();
+  void read();
+  void write();
+  void end(const std::string& reason);
+  void leave();
+
+  websocket::stream<beast::tcp_stream> stream_;
+  Shared& shared_;
+  Request request_;
+  beast::flat_buffer incoming_;
+  WebFrame sending_;
+  bool writing_ = false;
+  bool ending_ = false;
+  std::unique_ptr<WebSession> session_;
+};
+
 /// One HTTP connection, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
@@ -117,6 +154,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
  private:
   void respond();
+  bool upgrade();
   [[nodiscard]] Response response() const;
 
   beast::tcp_stream stream_;
@@ -131,6 +169,7 @@ struct Shared {
   WebServerOptions options;
   Messages newest;
   std::set<std::shared_ptr<LiveClient>> clients;
+  std::set<std::shared_ptr<ProtocolClient>> protocol_clients;
   int connections = 0;                    // HTTP
   std::uint64_t numbers = 0;              // given to WebSockets
   std::atomic<int> client_count{0};       // for any thread
@@ -214,6 +253,79 @@ void LiveClient::leave() {
   if (first && shared_.options.left) shared_.options.left(who_);
 }
 
+// --- ProtocolClient
+
+void ProtocolClient::accept(Request request, const std::string& name) {
+  request_ = std::move(request);
+  stream_.set_option(websocket::stream_base::timeout{kRequestTimeout, kSilenceTimeout, true});
+  stream_.set_option(websocket::stream_base::decorator(
+      [name](websocket::response_type& response) { response.set(http::field::sec_websocket_protocol, name); }));
+  stream_.read_message_max(shared_.options.protocol.longest_message);
+  shared_.protocol_clients.insert(shared_from_this());
+  stream_.async_accept(request_, [self = shared_from_this()](Error error) {
+    if (error) return self->leave();
+    self->open();
+  });
+}
+
+void ProtocolClient::open() {
+  session_ = shared_.options.protocol.open([weak = weak_from_this()] {
+    const auto self = weak.lock();
+    if (!self) return;
+    asio::post(self->stream_.get_executor(), [weak] {
+      const auto client = weak.lock();
+      if (client) client->write();
+    });
+  });
+  write();
+  read();
+}
+
+void ProtocolClient::write() {
+  if (writing_ || ending_ || !session_) return;
+  auto frame = session_->next();
+  if (!frame) {
+    if (const std::string reason = session_->end(); !reason.empty()) end(reason);
+    return;
+  }
+  sending_ = std::move(*frame);
+  writing_ = true;
+  stream_.text(sending_.text);
+  const std::array<asio::const_buffer, 2> buffers{asio::buffer(sending_.head),
+                                                  sending_.body ? asio::buffer(*sending_.body) : asio::const_buffer()};
+  stream_.async_write(buffers, [self = shared_from_this()](Error error, std::size_t) {
+    self->writing_ = false;
+    if (error) return self->leave();
+    self->write();
+  });
+}
+
+void ProtocolClient::read() {
+  stream_.async_read(incoming_, [self = shared_from_this()](Error error, std::size_t) {
+    if (error) return self->leave();
+    if (!self->session_) return;
+    const auto bytes = self->incoming_.data();
+    self->session_->received({static_cast<const char*>(bytes.data()), bytes.size()}, self->stream_.got_text());
+    self->incoming_.clear();
+    self->write();
+    self->read();
+  });
+}
+
+/// The closing handshake; what the client sends meanwhile is read and ignored.
+void ProtocolClient::end(const std::string& reason) {
+  ending_ = true;
+  constexpr std::size_t kLongestReason = 120;  // a close frame holds 123 bytes
+  const websocket::close_reason why(websocket::close_code::policy_error, reason.substr(0, kLongestReason));
+  stream_.async_close(why, [self = shared_from_this()](Error) { self->leave(); });
+}
+
+void ProtocolClient::leave() {
+  close();
+  session_.reset();
+  shared_.protocol_clients.erase(shared_from_this());
+}
+
 // --- HttpConnection
 
 HttpConnection::HttpConnection(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
@@ -236,13 +348,26 @@ void HttpConnection::read() {
   });
 }
 
-void HttpConnection::respond() {
-  const bool own = is_own_host(view_of(request_[http::field::host]));
-  if (websocket::is_upgrade(request_) && request_.target() == kLivePath && own && is_same_origin(request_)) {
+/// False: the request is none for a WebSocket, or it is refused.
+bool HttpConnection::upgrade() {
+  if (!websocket::is_upgrade(request_) || !is_own_host(view_of(request_[http::field::host]))) return false;
+  const bool own_page = is_same_origin(request_);
+  if (request_.target() == kLivePath && own_page) {
     stream_.expires_never();
     std::make_shared<LiveClient>(stream_.release_socket(), shared_)->accept(std::move(request_));
-    return;
+    return true;
   }
+  const WebProtocol& protocol = shared_.options.protocol;
+  const std::string name = offered(request_, protocol.names);
+  if (request_.target() != kProtocolPath || name.empty()) return false;
+  if (!own_page && !protocol.allows(view_of(request_[http::field::origin]))) return false;
+  stream_.expires_never();
+  std::make_shared<ProtocolClient>(stream_.release_socket(), shared_)->accept(std::move(request_), name);
+  return true;
+}
+
+void HttpConnection::respond() {
+  if (upgrade()) return;
   response_ = response();
   response_.keep_alive(request_.keep_alive());
   response_.set(http::field::server, "hecaton-view");
@@ -270,6 +395,16 @@ Response HttpConnection::response() const {
     return websocket::is_upgrade(request_)
                ? answer(request_, http::status::forbidden, "The stream is for the page of this server only.\n")
                : answer(request_, http::status::upgrade_required, "This is the stream of the page: a WebSocket.\n");
+  }
+  if (websocket::is_upgrade(request_) && request_.target() == kProtocolPath &&
+      !shared_.options.protocol.names.empty()) {
+    if (!offered(request_, shared_.options.protocol.names).empty()) {
+      return answer(request_, http::status::forbidden,
+                    "Pages of this origin may not connect; hecaton view --allow-origin allows another one.\n");
+    }
+    std::string names;
+    for (const std::string& name : shared_.options.protocol.names) names += (names.empty() ? "" : " or ") + name;
+    return answer(request_, http::status::bad_request, "Here a WebSocket must offer the sub-protocol " + names + ".\n");
   }
   if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
     return answer(request_, http::status::method_not_allowed, "The view takes GET and HEAD only.\n");
@@ -310,7 +445,8 @@ struct WebServer::Impl {
       if (error == asio::error::operation_aborted) return;
       if (error) return retry();
       accept();
-      if (shared.connections + static_cast<int>(shared.clients.size()) >= shared.options.most_connections) return;
+      const auto sockets = static_cast<int>(shared.clients.size() + shared.protocol_clients.size());
+      if (shared.connections + sockets >= shared.options.most_connections) return;
       Error ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
@@ -342,10 +478,12 @@ WebServer::~WebServer() {
     Error ignored;
     impl->acceptor.close(ignored);
     for (const auto& client : impl->shared.clients) client->close();
+    for (const auto& client : impl->shared.protocol_clients) client->close();
     impl->context.stop();
   });
   impl_->thread.join();
   impl_->shared.clients.clear();
+  impl_->shared.protocol_clients.clear();
 }
 
 void WebServer::publish(Channel channel, std::string message) {

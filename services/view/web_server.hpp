@@ -6,7 +6,7 @@
 /// It gives messages of clients to its owner (orders.hpp, services/replay), or discards them. A page of another site
 /// can neither read the states nor send messages through the browser of a user. The server refuses a request when its
 /// header Host is a name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that
-/// Host.
+/// Host. A sub-protocol (web_session.hpp) may allow further origins for its own WebSockets, at the path "/".
 
 #include <array>
 #include <cstddef>
@@ -16,6 +16,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include "services/view/web_session.hpp"
 
 namespace hecaton::services {
 
@@ -47,6 +49,8 @@ struct WebServerOptions {
   std::function<void(const WebClient& client, std::string_view message)> received;
   /// The client has gone. Called in the thread of the server.
   std::function<void(const WebClient& client)> left;
+  /// WebSockets beside those of the page.
+  WebProtocol protocol;
 };
 
 /// All public functions are thread-safe.
@@ -64,7 +68,7 @@ class WebServer {
   void publish(Channel channel, std::string message);
   /// Sends `message` to one client. A client that leaves 64 of them unread is closed. Never blocks.
   void send(std::uint64_t client, std::string message);
-  [[nodiscard]] int clients() const;            ///< WebSockets
+  [[nodiscard]] int clients() const;            ///< WebSockets of the page
   [[nodiscard]] std::uint64_t skipped() const;  ///< messages that were replaced before a client got them
   [[nodiscard]] std::uint16_t port() const;
 

@@ -130,6 +130,54 @@ TEST_F(LivePage, DrawsMovingArmsInABrowser) {
   EXPECT_EQ(code, 0) << test.out() << test.err();
 }
 
+/// What the client of npm reads, with one of the sub-protocols.
+class LiveFoxglove : public LivePage, public testing::WithParamInterface<const char*> {
+ protected:
+  [[nodiscard]] Json read_cell() {
+    const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+    Process test({HECATON_NODE, page + "/test/foxglove.mjs", "ws://127.0.0.1:" + std::to_string(port()), GetParam()});
+    EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+    return Json::parse(test.out(), nullptr, false);
+  }
+};
+
+TEST_P(LiveFoxglove, ReadsTheStatesThatTheSupervisorHas) {
+  const std::string package =
+      std::string(HECATON_BIN_DIR) + "/../services/view/page/node_modules/@foxglove/ws-protocol";
+  const std::string node = HECATON_NODE;
+  if (const std::string file = first_missing({package, node}); !file.empty()) {
+    ASSERT_TRUE(may_skip()) << file << " is missing";
+    GTEST_SKIP() << file << " is missing";
+  }
+  ASSERT_TRUE(up_->wait_for_message("its page: ")) << up_->err();
+  ASSERT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
+  const Json cell = read_cell();
+  ASSERT_TRUE(cell.is_object());
+  const Json status = json({"status"});
+  for (const Json& arm : status.at("arms")) {
+    const std::string name = arm.at("name").get<std::string>();
+    const Json& q = arm.at("state").at("q");
+    const Json& joints = cell.at("parameters").at(name + ".joints");
+    ASSERT_EQ(joints.size(), q.size());
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const std::string joint = name + "_" + joints[i].get<std::string>();
+      EXPECT_NEAR(cell.at("joints").at(joint).get<double>(), q[i].get<double>(), 1e-4) << joint;
+    }
+  }
+  EXPECT_EQ(cell.at("joints").size(), 18U);
+  EXPECT_EQ(cell.at("protocol"), GetParam());
+  EXPECT_EQ(cell.at("moving").size(), 18U);
+  EXPECT_GE(cell.at("fixed").size(), 6U) << "bases and tools";
+  EXPECT_NE(cell.at("robot").get<std::string>().find("<link name=\"north_"), std::string::npos);
+  const Json running = entry(cell.at("diagnostics"), "name", "hecaton: cell");
+  ASSERT_FALSE(running.is_null());
+  EXPECT_EQ(running.at("message"), "running");
+  EXPECT_FALSE(entry(cell.at("diagnostics"), "name", "hecaton: planner/north").is_null()) << cell.at("diagnostics");
+}
+
+INSTANTIATE_TEST_SUITE_P(Subprotocols, LiveFoxglove, testing::Values("foxglove.sdk.v1", "foxglove.websocket.v1"),
+                         [](const auto& one) { return one.index == 0 ? "sdk" : "websocket"; });
+
 TEST(View, SaysWhatItNeeds) {
   EXPECT_EQ(run_hecaton({"view"}).code, 2);
   const Ran port = run_hecaton({"view", kThreePuma, "--port", "70000"});

@@ -1,0 +1,84 @@
+#pragma once
+/// A running cell for clients of the Foxglove WebSocket protocol: Foxglove and Lichtblick. The channels are the topics
+/// of hecaton-ros2 with the same messages (docs/reference/ros2.md), so that layouts for these work.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "services/config/cell_file.hpp"
+#include "services/ros2_messages/cdr.hpp"
+#include "services/ros2_messages/cell_messages.hpp"
+#include "services/ros2_messages/cell_view.hpp"
+#include "services/view/arm_drawing.hpp"
+#include "services/view/cell_feed.hpp"
+#include "services/view/foxglove/hub.hpp"
+#include "services/view/foxglove/orders.hpp"
+
+namespace hecaton::services::foxglove {
+
+/// Pages of this Origin may connect: those that this machine serves or has as a file, desktop programs, and the site of
+/// Foxglove. `further`: as a browser sends them, "http://vis.example:8080".
+[[nodiscard]] bool is_allowed_origin(std::string_view origin, const std::vector<std::string>& further);
+
+struct CellServerOptions {
+  std::vector<std::string> origins;  ///< of further pages that may connect
+  OrderSink orders;                  ///< empty: clients only watch
+};
+
+/// For one thread.
+class CellServer {
+ public:
+  /// The references must outlive it, and the web server to which protocol() was given.
+  CellServer(const CellFeed& feed, const config::CellFile& file, const view::Drawings& drawings,
+             CellServerOptions options = {});
+
+  /// For the options of a web server.
+  [[nodiscard]] WebProtocol protocol() const;
+  /// Sends what is due. `now`: of the steady clock.
+  void publish(bus::Clock::time_point now);
+  [[nodiscard]] std::uint64_t skipped() const { return hub_->skipped(); }
+
+ private:
+  /// Channels of the whole cell, in their order; those of each arm follow.
+  enum CellChannel : std::uint8_t {
+    kDescription,
+    kJointStates,
+    kTransforms,
+    kFixedTransforms,
+    kDiagnostics,
+    kMarkers,  ///< CellMarkers::kNames
+  };
+  enum ArmChannel : std::uint8_t { kArmDescription, kArmJointStates, kArmStatus, kArmChannels };
+  [[nodiscard]] static std::size_t of_arm(std::size_t arm, ArmChannel channel) {
+    return kMarkers + ros2::CellMarkers::kNames.size() + arm * kArmChannels + channel;
+  }
+  [[nodiscard]] static HubOptions hub_options(const config::CellFile& file, const view::Drawings& drawings,
+                                              OrderSink orders);
+
+  template <class Message>
+  void send(std::size_t channel, const Message& message);
+  void send_fixed();
+  void send_states(bus::Clock::time_point now);
+  void send_markers();
+  void send_diagnostics();
+  void take_states();
+  [[nodiscard]] bool due(std::size_t timer, bus::Clock::time_point now, bus::Clock::duration period);
+
+  const CellFeed& feed_;
+  const config::CellFile& file_;
+  const view::Drawings& drawings_;
+  std::vector<std::string> origins_;
+  std::shared_ptr<Hub> hub_;
+  ros2::CellView view_;
+  ros2::CellMarkers markers_;
+  std::vector<bus::Clock::time_point> taken_;  ///< when the newest state of each arm was received
+  std::uint64_t obstacle_edition_ = 0;         ///< last taken
+  std::array<bus::Clock::time_point, 5> due_{};
+  ros2::Bytes bytes_;
+};
+
+}  // namespace hecaton::services::foxglove
