@@ -1,5 +1,6 @@
 #pragma once
-/// Orders of clients of the Foxglove protocol: hold, resume and stop. Who owns the server decides whether it takes any.
+/// Orders of clients of the Foxglove protocol: hold, resume and stop. The owner of the server decides whether it takes
+/// any.
 
 #include <cstdint>
 #include <functional>
