@@ -257,6 +257,7 @@ TEST(WireRules, AcceptTheOtherByteOrder) {
   const TopicRule& rule = *topic_rule("SupervisorRequest");
   Bytes sample{0, 0, 0, 0, 0, 0, 0, 8, 0, 0, 0, 2, 'a', 0, 0, 0, 0, 0,
                0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,   1, 0, 0, 0, 0};
+  sample.insert(sample.end(), {0x3F, 0xF0, 0, 0, 0, 0, 0, 0});  // speed: 1
   sample[7] = static_cast<std::uint8_t>(msg::SCHEMA_VERSION);
   EXPECT_EQ(check_sample(rule, sample).refusal, "");
   sample[31] = 9;
