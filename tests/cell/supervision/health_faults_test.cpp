@@ -126,9 +126,8 @@ TEST(HealthFaults, OtherArmPlansAroundAnArmWhoseDriverDied) {
   ASSERT_GT(pid, 0);
   // Where an arm is lost is known only from a state that the supervisor has received.
   static_cast<void>(cell.await("the supervisor knows where right is", [](const msg::CellStatus& seen) {
-    return std::any_of(seen.arms().begin(), seen.arms().end(), [](const msg::ArmStatus& arm) {
-      return arm.arm() == "right" && arm.state().q().size() == 6U;
-    });
+    return std::any_of(seen.arms().begin(), seen.arms().end(),
+                       [](const msg::ArmStatus& arm) { return arm.arm() == "right" && arm.state().q().size() == 6U; });
   }));
   cell.send_goal("right", "under way", "turned");
   cell.await_goal("under way",

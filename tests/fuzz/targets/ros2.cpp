@@ -4,10 +4,10 @@
 
 #include "services/bus/wire_rules.hpp"
 #include "services/config/cell_file.hpp"
-#include "services/ros2_messages/cdr.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/planning_scene.hpp"
 #include "services/ros2/trajectory.hpp"
+#include "services/ros2_messages/cdr.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace {
