@@ -84,12 +84,21 @@ void RecordFile::sync() {
   }
 }
 
+void RecordFile::discard() {
+  if (identity_of(path_) == identity()) static_cast<void>(::unlink(path_.c_str()));
+}
+
 McapWriter::McapWriter(const std::string& path, const std::string& library) : file_(path) {
   Bytes begin(kMagic.begin(), kMagic.end());
   Bytes header;
   ByteWriter(header).text("").text(library);
   put_record(begin, Opcode::kHeader, header);
-  file_.append(begin);
+  try {
+    file_.append(begin);
+  } catch (const RecordingError&) {
+    file_.discard();
+    throw;
+  }
 }
 
 std::uint64_t McapWriter::append(Opcode opcode, const Bytes& body) {

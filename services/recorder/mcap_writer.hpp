@@ -35,6 +35,8 @@ class RecordFile {
   void append(ByteSpan bytes);
   /// Waits until the disk has everything. Throws RecordingError.
   void sync();
+  /// Removes the file, unless another one has its name by now.
+  void discard();
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -63,7 +65,7 @@ class McapWriter {
  public:
   static constexpr std::size_t kChunk = 1U << 20U;  ///< a chunk ends above this size [byte]
 
-  /// Creates the file. Throws RecordingError when it exists already.
+  /// Creates the file. Throws RecordingError when it exists already, or cannot be written; then no file remains of it.
   explicit McapWriter(const std::string& path, const std::string& library);
 
   /// The numbers that add_schema() and add_channel() return count from 1. Throw RecordingError after 65,535 of them.
@@ -79,6 +81,8 @@ class McapWriter {
   void flush();
   /// Writes the open chunk and the summary. Nothing may follow.
   void close();
+  /// Removes the file, unless another one has its name by now. Nothing may follow.
+  void discard() { file_.discard(); }
 
   [[nodiscard]] std::uint64_t size() const { return file_.size() + chunk_.size(); }  ///< at most, after flush() [byte]
   [[nodiscard]] std::uint64_t messages() const { return statistics_.messages; }

@@ -71,11 +71,16 @@ void Recording::begin_file(std::uint64_t now) {
   schemas_.clear();
   channels_.clear();
   json_channels_.clear();
-  for (const AttachedFile& attached : attachments_) {
-    file_->attach(attached.name, attached.media_type, now, attached.text);
+  try {
+    for (const AttachedFile& attached : attachments_) {
+      file_->attach(attached.name, attached.media_type, now, attached.text);
+    }
+    if (report_) write_json(kReport, *report_, now);
+    for (const auto& [key, recorded] : latched_) write_to_file(recorded, true);
+  } catch (const RecordingError&) {
+    file_->discard();  // nothing of the cell is in it yet
+    throw;
   }
-  if (report_) write_json(kReport, *report_, now);
-  for (const auto& [key, recorded] : latched_) write_to_file(recorded, true);
 }
 
 void Recording::end_file() {
@@ -164,7 +169,7 @@ void Recording::keep_up(std::uint64_t now) {
     begin_file(now);
   }
   if (options_.keep.count() > 0) remove_old(now);
-  if (options_.most_bytes > 0) remove_largest_excess();
+  if (options_.most_bytes > 0) remove_excess();
 }
 
 void Recording::save(std::uint64_t until) {
@@ -180,7 +185,7 @@ void Recording::remove_old(std::uint64_t now) {
   });
 }
 
-void Recording::remove_largest_excess() {
+void Recording::remove_excess() {
   std::uint64_t bytes = file_->size();
   for (const Segment& segment : segments_) bytes += segment.bytes;
   for (; bytes > options_.most_bytes && !segments_.empty(); segments_.pop_front()) {

@@ -47,7 +47,7 @@ struct RecordedSample {
 };
 
 /// For one thread. Functions throw RecordingError when a file cannot be written; then only the destructor may follow,
-/// which leaves all files readable.
+/// which leaves all files readable. No file remains of one that could not be begun.
 class Recording {
  public:
   static constexpr std::chrono::seconds kFlush{1};    ///< a sample is on the disk after this time at most
@@ -89,7 +89,7 @@ class Recording {
   void begin_file(std::uint64_t now);
   void end_file();
   void remove_old(std::uint64_t now);
-  void remove_largest_excess();
+  void remove_excess();
   void remove(const Segment& segment);
   void write_to_file(const RecordedSample& recorded, bool repeated);
   [[nodiscard]] std::uint16_t channel_of(const RecordedSample& recorded, bool repeated);

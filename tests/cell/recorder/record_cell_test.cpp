@@ -150,10 +150,7 @@ TEST_F(RecordedCell, HasWhatASecondReaderSaw) {
 TEST_F(RecordedCell, IsReadByLibrariesOfOthers) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
-  if (const std::string file = first_missing({page + "/node_modules/@mcap/core", node}); !file.empty()) {
-    ASSERT_TRUE(may_skip()) << file << " is missing";
-    GTEST_SKIP() << file << " is missing";
-  }
+  HECATON_NEED_FILES({page + "/node_modules/@mcap/core", node});
   const auto recorder = start({"record", kThreePuma, "-o", path_, "--output", "json"});
   ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
   move_arms();

@@ -201,6 +201,16 @@ TEST(Recording, EndsWithASentenceWhenTheDiskIsFull) {
   EXPECT_EQ(info.topics.at("hecaton/ArmState").messages, flushed);
 }
 
+// A service tries again and again.
+TEST(Recording, LeavesNoFileThatAFullDiskHasNoRoomFor) {
+  const TemporaryFolder folder;
+  for (const rlim_t room : {0, 10, 50, 100}) {
+    const FullDisk full(room);
+    EXPECT_THROW(Recording({.path = folder.path("run.mcap")}, cell_file(), kBegan), RecordingError) << room;
+    EXPECT_EQ(files_in(folder), std::vector<std::string>{}) << room;
+  }
+}
+
 TEST(Recording, GivesManyWritersOneChannelOfTheirTopic) {
   const TemporaryFolder folder;
   const std::string path = folder.path("run.mcap");
