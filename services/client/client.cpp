@@ -18,10 +18,13 @@ Receipt receipt_of(const msg::WorldEditReply& reply) {
   return {reply.edition(), client::to_public(reply.cause())};
 }
 
-Receipt order(Connection& connection, msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
-  const msg::SupervisorReply reply = connection.order(kind, arms, wait);
+Receipt receipt_of(const msg::SupervisorReply& reply) {
   if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
   return {0, client::to_public(reply.cause())};
+}
+
+Receipt order(Connection& connection, msg::RequestKind kind, const std::vector<std::string>& arms, const Wait& wait) {
+  return receipt_of(connection.order(kind, arms, wait));
 }
 
 Receipt order_speed(Connection& connection, double speed, const std::vector<std::string>& arms, const Wait& wait) {
@@ -32,9 +35,7 @@ Receipt order_speed(Connection& connection, double speed, const std::vector<std:
   request.kind(msg::RequestKind::REQUEST_SPEED);
   request.arms(arms);
   request.speed(speed);
-  const msg::SupervisorReply reply = connection.order(std::move(request), wait);
-  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
-  return {0, client::to_public(reply.cause())};
+  return receipt_of(connection.order(std::move(request), wait));
 }
 
 msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
