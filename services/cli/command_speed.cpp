@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -12,6 +12,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/status_output.hpp"
 #include "services/command_line/program.hpp"
+#include "services/config/text.hpp"
 #include "services/runtime/orders.hpp"
 
 namespace hecaton::services::cli {
@@ -28,16 +29,13 @@ bool is_number(const std::string& word) {
                            word.front() == '+' || word.front() == '-');
 }
 
-/// The share in "30%" or "30". Throws Failure.
+/// The share in "30%" or "30". Throws Failure (bad input).
 double parse_percent(const std::string& word) {
-  char* end = nullptr;
-  const double percent = std::strtod(word.c_str(), &end);
-  const std::string rest = end;
-  const double speed = percent / 100.0;
-  if ((!rest.empty() && rest != "%") || !(speed >= kSlowestSpeed && speed <= kFullSpeed)) {
-    throw Failure(ExitCode::kUsage, "speed '" + word + "' must be a percentage from 1% to 100%, such as 30%");
-  }
-  return speed;
+  const std::string_view number(word.data(), word.size() - (word.ends_with('%') ? 1 : 0));
+  const double speed = config::parse_number(number).value_or(0.0) / 100.0;
+  if (speed >= kSlowestSpeed && speed <= kFullSpeed) return speed;
+  throw Failure(ExitCode::kBadInput,
+                "speed '" + config::printable(word) + "' must be a percentage from 1% to 100%, such as 30%");
 }
 
 bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm) {

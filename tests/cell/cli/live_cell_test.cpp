@@ -115,7 +115,7 @@ TEST_F(LiveCell, SetsAndShowsTheSpeed) {
 
   for (const auto* bad : {"0.5%", "101%", "30x", "0"}) {
     const Ran refused = run({"speed", bad});
-    EXPECT_EQ(refused.code, 2) << bad;
+    EXPECT_EQ(refused.code, 3) << bad;
     EXPECT_NE(refused.err.find("must be a percentage from 1% to 100%"), std::string::npos) << refused.err;
   }
   EXPECT_EQ(run({"speed", "50%", "south"}).code, 3);
