@@ -142,7 +142,8 @@ TEST_F(SpeedOverride, SlowsAnArmOnItsWayAndSurvivesBothFailovers) {
   const auto reply = cell_.order_speed(0.1);
   ASSERT_TRUE(reply && reply->done());
   EXPECT_EQ(arm_of(reply->status(), "left").speed(), 0.1);
-  await_share("a tenth of the speed", [&](double share) { return share < 0.1 + kMeasured && share > 0.05; });
+  // Well below the bound: the other reader may not have the last state above it yet.
+  await_share("a tenth of the speed", [&](double share) { return share < 0.1 + 0.5 * kMeasured && share > 0.05; });
   static_cast<void>(highest_share());
 
   auto status = await_ready();
