@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 namespace hecaton::test {
 
 /// The first of `files` that does not exist; empty: all exist.
@@ -22,3 +24,11 @@ namespace hecaton::test {
 }
 
 }  // namespace hecaton::test
+
+/// Leaves a test, or a void function of one, when one of the files is missing: skipped, or failed where nothing may be.
+#define HECATON_NEED_FILES(...)                                                                                    \
+  if (const std::string hecaton_missing = ::hecaton::test::first_missing(__VA_ARGS__); !hecaton_missing.empty()) { \
+    ASSERT_TRUE(::hecaton::test::may_skip()) << hecaton_missing << " is missing";                                  \
+    GTEST_SKIP() << hecaton_missing << " is missing";                                                              \
+  }                                                                                                                \
+  static_cast<void>(0)

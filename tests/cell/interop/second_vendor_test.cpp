@@ -63,10 +63,7 @@ class SecondVendor : public testing::Test {
   static void watch(int domain, const std::string& partition, const std::vector<std::string>& topics, Json& judged) {
     const std::string page = kBin + "../services/view/page";
     const std::string node = HECATON_NODE;
-    if (const std::string file = first_missing({page + "/node_modules/@foxglove/omgidl-parser", node}); !file.empty()) {
-      ASSERT_TRUE(may_skip()) << file << " is missing";
-      GTEST_SKIP() << file << " is missing";
-    }
+    HECATON_NEED_FILES({page + "/node_modules/@foxglove/omgidl-parser", node});
     const std::string samples = folder_->path("samples.jsonl");
     std::vector<std::string> words{kBin + "cyclone_peer", "watch", std::to_string(domain), partition, samples};
     words.insert(words.end(), topics.begin(), topics.end());

@@ -244,10 +244,7 @@ TEST_F(ReplayedCell, IsPlayedInABrowser) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
   const std::string browser = "/usr/bin/chromium";
-  if (const std::string file = first_missing({page + "/node_modules/playwright-core", node, browser}); !file.empty()) {
-    ASSERT_TRUE(may_skip()) << file << " is missing";
-    GTEST_SKIP() << file << " is missing";
-  }
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
   record();
   const auto server = replay();
   const std::string url = "http://127.0.0.1:" + std::to_string(port_in(server->out())) + "/";
