@@ -67,8 +67,8 @@ void add_view(CLI::App& app, Session& session) {
       "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
       "function. Without --control a page gives no other order, and has no password. With --listen, any program on "
       "that network can read the cell's states and stop the cell. The connection is not encrypted: such a program can "
-      "also read the token. Foxglove and Lichtblick open the same address with ws:// in place of http://; they give no "
-      "orders.");
+      "also read the token. Foxglove and Lichtblick open the same address with ws:// in place of http://; with "
+      "/?token=TOKEN behind it they hold, resume and stop.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

@@ -76,7 +76,7 @@ int main(int argc, char** argv) {
         const services::LogScope log(services::view_node(), options);
         services::start_exit_notifier(options.exit_fd);
         own.orders.stop = !own.no_stop;
-        services::ViewService(file, options, view, own.orders, {own.origins, {}}, shutdown).run();
+        services::ViewService(file, options, view, own.orders, own.origins, shutdown).run();
       },
       [&](CLI::App& app) { add_options(app, own); });
 }

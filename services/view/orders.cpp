@@ -138,6 +138,18 @@ void Orders::received(const WebClient& page, std::string_view message, Clock::ti
   }
 }
 
+void Orders::give(const WebClient& program, const std::string& op, const std::vector<std::string>& arms, Told told,
+                  Clock::time_point now) {
+  const Sender from{program, 0, std::move(told)};
+  const std::lock_guard lock(mutex_);
+  try {
+    if (!may_send(program, now)) throw Refusal("this program sends too many orders");
+    enqueue(op == "stop" ? stops_ : others_, mode_order(from, op, arms));
+  } catch (const Refusal& refusal) {
+    answer(from, op, false, true, refusal.what());
+  }
+}
+
 void Orders::accept(const Sender& from, const Json& message, Clock::time_point now) {
   const std::string op = text_in(message, "op");
   if (controls(from.page)) controller_->heard = now;
@@ -182,9 +194,7 @@ void Orders::stop_cell(const Sender& from) {
     if (senders.size() < kMostWaiting) senders.push_back(from);
     return;
   }
-  enqueue(stops_, {{from}, "stop", "the cell", [](const Cell& cell, const Wait& wait) {
-                     return with_warning("the cell is stopped", cell.stop(wait));
-                   }});
+  enqueue(stops_, mode_order(from, "stop", {}));
 }
 
 void Orders::enqueue(Queue& queue, Order order) {
@@ -194,19 +204,22 @@ void Orders::enqueue(Queue& queue, Order order) {
   queue.arrived.notify_one();
 }
 
+Orders::Order Orders::mode_order(const Sender& from, const std::string& op, const std::vector<std::string>& arms) {
+  Order order{{from}, op, listed(arms), {}};
+  order.action = [op, arms, subject = order.subject](const Cell& cell, const Wait& wait) {
+    const Receipt receipt = op == "hold"   ? cell.hold(arms, wait)
+                            : op == "stop" ? cell.stop(arms, wait)
+                                           : cell.resume(arms, wait);
+    return with_warning(subject + (op == "hold" ? " is held" : op == "stop" ? " is stopped" : " may move"), receipt);
+  };
+  return order;
+}
+
 Orders::Order Orders::order_of(const Sender& from, const std::string& op, const Json& message) {
   if (!controls(from.page)) throw Refusal("this page does not control the cell");
+  if (op == "hold" || op == "resume" || op == "stop") return mode_order(from, op, arms_in(message));
   Order order{{from}, op, {}, {}};
-  if (op == "hold" || op == "resume" || op == "stop") {
-    const std::vector<std::string> arms = arms_in(message);
-    order.subject = listed(arms);
-    order.action = [op, arms, subject = order.subject](const Cell& cell, const Wait& wait) {
-      const Receipt receipt = op == "hold"   ? cell.hold(arms, wait)
-                              : op == "stop" ? cell.stop(arms, wait)
-                                             : cell.resume(arms, wait);
-      return with_warning(subject + (op == "hold" ? " is held" : op == "stop" ? " is stopped" : " may move"), receipt);
-    };
-  } else if (op == "goal") {
+  if (op == "goal") {
     order.action = goal_of(from, message, order.subject);
     order.final = false;
   } else if (op == "cancel") {
@@ -370,6 +383,7 @@ void Orders::carry_out(const std::stop_token& stop, const Order& order) {
 }
 
 void Orders::answer(const Sender& to, const std::string& op, bool done, bool final, const std::string& text) {
+  if (to.told) return to.told(done, text);
   if (replies_.size() >= kMostReplies) return;
   Json json{{"type", "reply"}, {"id", to.id}, {"op", op}, {"done", done}, {"final", final}, {"text", text}};
   if (op == "take") json["number"] = to.page.number;

@@ -63,6 +63,11 @@ class Orders {
   /// Takes a message of a page. Does not wait for the cell.
   void received(const WebClient& page, std::string_view message, Clock::time_point now = Clock::now());
   void left(const WebClient& page);
+  /// Told what became of an order, once. The call must not call this object.
+  using Told = std::function<void(bool done, const std::string& text)>;
+  /// Hold, resume or stop of a program that has shown the token; `arms` empty: the cell. Does not wait for the cell.
+  void give(const WebClient& program, const std::string& op, const std::vector<std::string>& arms, Told told,
+            Clock::time_point now = Clock::now());
   /// Ends the control of a page that is silent.
   void update(Clock::time_point now);
 
@@ -79,6 +84,7 @@ class Orders {
   struct Sender {
     WebClient page;
     std::int64_t id = 0;  ///< that the page gave the order
+    Told told = nullptr;  ///< of a program
   };
   struct Order {
     std::vector<Sender> senders;  ///< several: pages that stop the cell at the same time
@@ -107,6 +113,8 @@ class Orders {
   void end_control(const char* reason);
   void stop_cell(const Sender& from);
   void enqueue(Queue& queue, Order order);
+  [[nodiscard]] static Order mode_order(const Sender& from, const std::string& op,
+                                        const std::vector<std::string>& arms);
   [[nodiscard]] Order order_of(const Sender& from, const std::string& op, const view::Json& message);
   [[nodiscard]] Action goal_of(const Sender& from, const view::Json& message, std::string& subject);
   [[nodiscard]] std::vector<std::string> arms_in(const view::Json& message) const;

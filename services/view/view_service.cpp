@@ -45,14 +45,15 @@ std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceO
 }  // namespace
 
 ViewService::ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-                         const ViewOrders& orders, foxglove::CellServerOptions foxglove, const ShutdownSignal& shutdown)
+                         const ViewOrders& orders, std::vector<std::string> foxglove_origins,
+                         const ShutdownSignal& shutdown)
     : file_(file),
       web_(web_options(file, options, view)),
       participant_(make_participant(file, options, Role::kViewer, view_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(kLoopPeriod, file.supervision.heartbeat_period), shutdown),
       drawings_(file),
       feed_(file, participant_, mailbox_),
-      foxglove_(feed_, file, drawings_, std::move(foxglove)),
+      foxglove_(feed_, file, drawings_, {std::move(foxglove_origins), foxglove_orders()}),
       token_(orders.control ? random_token() : std::string()),
       orders_(make_orders(file, options, orders, token_)) {
   web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
@@ -66,6 +67,18 @@ ViewService::ViewService(const config::CellFile& file, const ServiceOptions& opt
     if (!arm.note.empty()) log_warning("an arm is not drawn as its URDF describes it", {{"reason", arm.note}});
   }
   listen(bus::Clock::now());
+}
+
+foxglove::OrderReceiver ViewService::foxglove_orders() {
+  using foxglove::OrderKind;
+  foxglove::OrderReceiver receiver;
+  receiver.accepts = [this](std::string_view token) { return !token_.empty() && same_token(token, token_); };
+  receiver.carry_out = [this](const foxglove::Order& order, const std::function<void(foxglove::OrderResult)>& answer) {
+    const char* op = order.kind == OrderKind::kHold ? "hold" : order.kind == OrderKind::kStop ? "stop" : "resume";
+    const std::vector<std::string> arms = order.arm.empty() ? std::vector<std::string>{} : std::vector{order.arm};
+    orders_->give(order.client, op, arms, [answer](bool done, const std::string& text) { answer({done, text}); });
+  };
+  return receiver;
 }
 
 std::string ViewService::url() const {

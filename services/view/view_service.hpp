@@ -32,7 +32,7 @@ class ViewService {
   /// tries again each second. In a secured cell orders need an identity of the role operator. Control throws without
   /// it; without control the pages only show the cell.
   ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
-              const ViewOrders& orders, foxglove::CellServerOptions foxglove, const ShutdownSignal& shutdown);
+              const ViewOrders& orders, std::vector<std::string> foxglove_origins, const ShutdownSignal& shutdown);
 
   /// Returns when `shutdown` was requested.
   void run();
@@ -43,6 +43,8 @@ class ViewService {
   [[nodiscard]] std::string control_url() const;
 
  private:
+  /// Those of clients that have shown the token go to orders_.
+  [[nodiscard]] foxglove::OrderReceiver foxglove_orders();
   void listen(bus::Clock::time_point now);
   void answer_pages();
   void publish_heartbeat();

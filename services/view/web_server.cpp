@@ -33,7 +33,9 @@ using Message = std::shared_ptr<const std::string>;
 using Messages = std::array<Message, kChannels>;
 
 constexpr const char* kLivePath = "/live";
-constexpr const char* kProtocolPath = "/";
+/// Of the sub-protocol; a token may follow the second one.
+constexpr std::string_view kProtocolTarget = "/";
+constexpr std::string_view kTokenTarget = "/?token=";
 constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
 constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
 constexpr std::size_t kMostUnread = 64;             // messages to one client
@@ -69,6 +71,14 @@ bool is_same_origin(const Request& request) {
   const std::string_view text = view_of(origin->value());
   constexpr std::string_view kScheme = "http://";
   return text.starts_with(kScheme) && text.substr(kScheme.size()) == view_of(request[http::field::host]);
+}
+
+bool is_protocol_target(std::string_view target) {
+  return target == kProtocolTarget || target.starts_with(kTokenTarget);
+}
+
+std::string token_in(std::string_view target) {
+  return std::string(target.starts_with(kTokenTarget) ? target.substr(kTokenTarget.size()) : std::string_view());
 }
 
 /// The first of `names` that the client offers; empty: none.
@@ -122,7 +132,7 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
 /// One WebSocket of the sub-protocol. It keeps itself alive as long as an operation is under way.
 class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
  public:
-  ProtocolClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {}
+  ProtocolClient(tcp::socket socket, Shared& shared);
   void accept(Request request, const std::string& name);
   void close() { beast::get_lowest_layer(stream_).close(); }
 
@@ -135,6 +145,7 @@ class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
 
   websocket::stream<beast::tcp_stream> stream_;
   Shared& shared_;
+  WebClient who_;
   Request request_;
   beast::flat_buffer incoming_;
   WebFrame sending_;
@@ -176,14 +187,20 @@ struct Shared {
   std::atomic<std::uint64_t> skipped{0};  // for any thread
 };
 
+WebClient next_client(Shared& shared, const tcp::socket& socket) {
+  WebClient client{++shared.numbers, {}};
+  Error gone;
+  const auto peer = socket.remote_endpoint(gone);
+  if (!gone) client.address = peer.address().to_string() + ":" + std::to_string(peer.port());
+  return client;
+}
+
 // --- LiveClient
 
-LiveClient::LiveClient(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
-  who_.number = ++shared_.numbers;
-  Error gone;
-  const auto peer = beast::get_lowest_layer(stream_).socket().remote_endpoint(gone);
-  if (!gone) who_.address = peer.address().to_string() + ":" + std::to_string(peer.port());
-}
+LiveClient::LiveClient(tcp::socket socket, Shared& shared)
+    : stream_(std::move(socket)),
+      shared_(shared),
+      who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
 
 void LiveClient::accept(Request request) {
   request_ = std::move(request);
@@ -255,6 +272,11 @@ void LiveClient::leave() {
 
 // --- ProtocolClient
 
+ProtocolClient::ProtocolClient(tcp::socket socket, Shared& shared)
+    : stream_(std::move(socket)),
+      shared_(shared),
+      who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
+
 void ProtocolClient::accept(Request request, const std::string& name) {
   request_ = std::move(request);
   stream_.set_option(websocket::stream_base::timeout{kRequestTimeout, kSilenceTimeout, true});
@@ -269,14 +291,18 @@ void ProtocolClient::accept(Request request, const std::string& name) {
 }
 
 void ProtocolClient::open() {
-  session_ = shared_.options.protocol.open([weak = weak_from_this()] {
+  WebOpening opening;
+  opening.wake = [weak = weak_from_this()] {
     const auto self = weak.lock();
     if (!self) return;
     asio::post(self->stream_.get_executor(), [weak] {
       const auto client = weak.lock();
       if (client) client->write();
     });
-  });
+  };
+  opening.client = who_;
+  opening.token = token_in(view_of(request_.target()));
+  session_ = shared_.options.protocol.open(std::move(opening));
   write();
   read();
 }
@@ -323,7 +349,8 @@ void ProtocolClient::end(const std::string& reason) {
 void ProtocolClient::leave() {
   close();
   session_.reset();
-  shared_.protocol_clients.erase(shared_from_this());
+  const bool first = shared_.protocol_clients.erase(shared_from_this()) > 0;
+  if (first && shared_.options.left) shared_.options.left(who_);
 }
 
 // --- HttpConnection
@@ -359,7 +386,7 @@ bool HttpConnection::upgrade() {
   }
   const WebProtocol& protocol = shared_.options.protocol;
   const std::string name = offered(request_, protocol.names);
-  if (request_.target() != kProtocolPath || name.empty()) return false;
+  if (!is_protocol_target(view_of(request_.target())) || name.empty()) return false;
   if (!own_page && !protocol.allows(view_of(request_[http::field::origin]))) return false;
   stream_.expires_never();
   std::make_shared<ProtocolClient>(stream_.release_socket(), shared_)->accept(std::move(request_), name);
@@ -396,7 +423,7 @@ Response HttpConnection::response() const {
                ? answer(request_, http::status::forbidden, "The stream is for the page of this server only.\n")
                : answer(request_, http::status::upgrade_required, "This is the stream of the page: a WebSocket.\n");
   }
-  if (websocket::is_upgrade(request_) && request_.target() == kProtocolPath &&
+  if (websocket::is_upgrade(request_) && is_protocol_target(view_of(request_.target())) &&
       !shared_.options.protocol.names.empty()) {
     if (!offered(request_, shared_.options.protocol.names).empty()) {
       return answer(request_, http::status::forbidden,

@@ -25,12 +25,6 @@ namespace hecaton::services {
 enum class Channel : std::uint8_t { kCell, kControl, kRecording, kObstacles, kPlayback, kStatus, kFrame };
 inline constexpr std::size_t kChannels = 7;
 
-/// A WebSocket.
-struct WebClient {
-  std::uint64_t number = 0;  ///< never used again
-  std::string address;       ///< "127.0.0.1:40312"
-};
-
 /// What the server answers to a GET.
 struct WebFile {
   std::string type;  ///< MIME type

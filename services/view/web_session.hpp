@@ -2,6 +2,7 @@
 /// A WebSocket with a sub-protocol of its own, apart from the stream of the page. web_server.hpp opens the sessions.
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -10,6 +11,12 @@
 #include <vector>
 
 namespace hecaton::services {
+
+/// A WebSocket.
+struct WebClient {
+  std::uint64_t number = 0;  ///< never used again
+  std::string address;       ///< "127.0.0.1:40312"
+};
 
 /// A WebSocket message to a client: `head` and then `body`.
 struct WebFrame {
@@ -33,13 +40,19 @@ class WebSession {
   [[nodiscard]] virtual std::string end() const = 0;
 };
 
+/// How a client has opened its session.
+struct WebOpening {
+  std::function<void()> wake;  ///< next() has something. It may be called in any thread until the server is destroyed
+  WebClient client = {};
+  std::string token = {};  ///< of "/?token=…" in its address; empty: none
+};
+
 struct WebProtocol {
   std::vector<std::string> names;   ///< of the sub-protocol, the preferred one first; empty: there is none
   std::size_t longest_message = 0;  ///< from a client [byte]
   /// A page of this Origin may open a session, beside the server's own pages and programs that send no Origin.
   std::function<bool(std::string_view origin)> allows;
-  /// Opens a session. `wake`: next() has something. It may be called in any thread until the server is destroyed.
-  std::function<std::unique_ptr<WebSession>(std::function<void()> wake)> open;
+  std::function<std::unique_ptr<WebSession>(WebOpening opening)> open;
 };
 
 }  // namespace hecaton::services

@@ -134,7 +134,7 @@ CellServer::CellServer(const CellFeed& feed, const config::CellFile& file, const
   send_fixed();
 }
 
-HubOptions CellServer::hub_options(const config::CellFile& file, const view::Drawings& drawings, OrderSink orders) {
+HubOptions CellServer::hub_options(const config::CellFile& file, const view::Drawings& drawings, OrderReceiver orders) {
   HubOptions options;
   // Clients take the notation and the names of types for those of this release of ROS 2.
   const bool humble = file.ros2 && file.ros2->distribution == config::Ros2Distribution::kHumble;
@@ -170,7 +170,7 @@ WebProtocol CellServer::protocol() const {
   protocol.names.assign(std::begin(kSubprotocols), std::end(kSubprotocols));
   protocol.longest_message = kLongestMessage;
   protocol.allows = [origins = origins_](std::string_view origin) { return is_allowed_origin(origin, origins); };
-  protocol.open = [hub = hub_](std::function<void()> wake) { return hub->open(std::move(wake)); };
+  protocol.open = [hub = hub_](WebOpening opening) { return hub->open(std::move(opening)); };
   return protocol;
 }
 

@@ -26,7 +26,7 @@ namespace hecaton::services::foxglove {
 
 struct CellServerOptions {
   std::vector<std::string> origins;  ///< of further pages that may connect
-  OrderSink orders;                  ///< empty: clients only watch
+  OrderReceiver orders = {};         ///< empty: clients only watch
 };
 
 /// For one thread.
@@ -57,7 +57,7 @@ class CellServer {
     return kMarkers + ros2::CellMarkers::kNames.size() + arm * kArmChannels + channel;
   }
   [[nodiscard]] static HubOptions hub_options(const config::CellFile& file, const view::Drawings& drawings,
-                                              OrderSink orders);
+                                              OrderReceiver orders);
 
   template <class Message>
   void send(std::size_t channel, const Message& message);

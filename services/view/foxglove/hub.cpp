@@ -72,6 +72,8 @@ struct Answer {
 struct Client {
   std::uint64_t number = 0;
   std::function<void()> wake;
+  WebClient who;
+  bool may_order = false;
   std::vector<std::optional<std::uint32_t>> subscriptions;  // by channel
   std::vector<Message> waiting;                             // by channel
   std::map<std::uint32_t, std::size_t> channel_of;          // by subscription
@@ -98,7 +100,7 @@ struct Hub::State {
 
 class Hub::Session : public WebSession {
  public:
-  Session(std::shared_ptr<Hub> hub, std::function<void()> wake);
+  Session(std::shared_ptr<Hub> hub, WebOpening opening);
   ~Session() override;
 
   void received(std::string_view message, bool text) override;
@@ -135,13 +137,12 @@ Hub::Hub(HubOptions options) : options_(std::move(options)), state_(std::make_sh
   state_->latched.resize(options_.channels.size());
   ServerInfo info = options_.info;
   info.capabilities = {"time", "parameters", "assets"};
-  if (options_.orders) {
-    info.capabilities.emplace_back("services");
-    info.encodings = {std::string(kCdr)};
-    greeting_.services = advertise_services(services_of(options_));
-  }
   info.session = session_id();
   greeting_.info = server_info(info);
+  info.capabilities.emplace_back("services");
+  info.encodings = {std::string(kCdr)};
+  greeting_.info_with_services = server_info(info);
+  greeting_.services = advertise_services(services_of(options_));
   greeting_.channels = advertise(channels_of(options_));
 }
 
@@ -197,8 +198,8 @@ void Hub::deliver_answers() {
   }
 }
 
-std::unique_ptr<WebSession> Hub::open(std::function<void()> wake) {
-  return std::make_unique<Session>(shared_from_this(), std::move(wake));
+std::unique_ptr<WebSession> Hub::open(WebOpening opening) {
+  return std::make_unique<Session>(shared_from_this(), std::move(opening));
 }
 
 void Hub::send(Client& client, std::string answer, bool text) {
@@ -222,16 +223,21 @@ void Hub::finish(Client& client, const std::string& reason) {
 
 // --- Session
 
-Hub::Session::Session(std::shared_ptr<Hub> hub, std::function<void()> wake) : hub_(std::move(hub)) {
+Hub::Session::Session(std::shared_ptr<Hub> hub, WebOpening opening) : hub_(std::move(hub)) {
   const HubOptions& options = hub_->options_;
-  client_.wake = std::move(wake);
+  client_.wake = std::move(opening.wake);
+  client_.who = std::move(opening.client);
+  client_.may_order = options.orders.accepts && options.orders.accepts(opening.token);
   client_.subscriptions.resize(options.channels.size());
   client_.waiting.resize(options.channels.size());
   // The greeting is as long as the cell has it, and no answer that is counted.
   const auto greet = [&](std::string text) { client_.answers.push_back({std::move(text), nullptr, true}); };
-  greet(hub_->greeting_.info);
+  greet(client_.may_order ? hub_->greeting_.info_with_services : hub_->greeting_.info);
   greet(hub_->greeting_.channels);
-  if (!hub_->greeting_.services.empty()) greet(hub_->greeting_.services);
+  if (client_.may_order) greet(hub_->greeting_.services);
+  if (!client_.may_order && !opening.token.empty()) {
+    warn("the token in the address is not that of this view, or it takes no orders: this client only watches");
+  }
   const std::scoped_lock lock(hub_->state_->mutex);
   client_.number = ++hub_->state_->numbers;
   hub_->state_->clients.emplace(client_.number, &client_);
@@ -378,7 +384,7 @@ void Hub::Session::carry_out(const CallService& request) {
   const auto refuse = [&](const std::string& reason) {
     send(service_call_failure(request.service, request.call, reason), true);
   };
-  if (!options.orders) return refuse("this view takes no orders");
+  if (!client_.may_order) return refuse("this client gives no orders: its address has no token of the view");
   if (request.service == 0 || request.service > kOrders.size() * (1 + options.arms.size())) {
     return refuse("there is no such service");
   }
@@ -388,13 +394,15 @@ void Hub::Session::carry_out(const CallService& request) {
   const std::size_t index = request.service - 1;
   const std::size_t subject = index / kOrders.size();
   Order order{kOrders[index % kOrders.size()].first, subject == 0 ? std::string() : options.arms[subject - 1],
-              client_.number};
+              client_.who};
   std::function<void(OrderResult)> answer = [state = hub_->state_, client = client_.number, service = request.service,
                                              call = request.call](OrderResult result) {
     const std::scoped_lock lock(state->mutex);
     state->answers.push_back({client, service, call, std::move(result)});
   };
-  order_ = [hub = hub_, order = std::move(order), answer = std::move(answer)] { hub->options_.orders(order, answer); };
+  order_ = [hub = hub_, order = std::move(order), answer = std::move(answer)] {
+    hub->options_.orders.carry_out(order, answer);
+  };
 }
 
 }  // namespace hecaton::services::foxglove

@@ -34,8 +34,8 @@ struct HubOptions {
   Json parameters = Json::array();  ///< {name, value, type?}; they never change
   /// The content of an asset; empty: there is none. Called in the thread of the web server.
   std::function<std::shared_ptr<const std::string>(std::string_view uri)> asset;
-  /// Services for hold, resume and stop, of the cell and of each of these arms; empty: no client gives orders.
-  OrderSink orders;
+  /// Clients that it accepts have services for hold, resume and stop, of the cell and of each of these arms.
+  OrderReceiver orders;
   std::string ns;  ///< namespace of the services, "/cell1"
   std::vector<std::string> arms;
 };
@@ -61,7 +61,7 @@ class Hub : public std::enable_shared_from_this<Hub> {
   /// Passes the answers to orders on to the clients that gave them.
   void deliver_answers();
 
-  [[nodiscard]] std::unique_ptr<WebSession> open(std::function<void()> wake);
+  [[nodiscard]] std::unique_ptr<WebSession> open(WebOpening opening);
 
  private:
   class Session;
@@ -69,8 +69,9 @@ class Hub : public std::enable_shared_from_this<Hub> {
   /// The first messages to each client.
   struct Greeting {
     std::string info;
+    std::string info_with_services;
     std::string channels;
-    std::string services;  ///< empty: none
+    std::string services;
   };
   // Both with the mutex of the state locked.
   static void send(Client& client, std::string answer, bool text);

@@ -1,10 +1,12 @@
 #pragma once
-/// Orders of clients of the Foxglove protocol: hold, resume and stop. The owner of the server decides whether it takes
-/// any.
+/// Orders of clients of the Foxglove protocol: hold, resume and stop.
 
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
+
+#include "services/view/web_session.hpp"
 
 namespace hecaton::services::foxglove {
 
@@ -12,8 +14,8 @@ enum class OrderKind : std::uint8_t { kHold, kResume, kStop };
 
 struct Order {
   OrderKind kind{};
-  std::string arm;           ///< empty: the whole cell
-  std::uint64_t client = 0;  ///< number of the session that gave it
+  std::string arm;   ///< empty: the whole cell
+  WebClient client;  ///< that gave it
 };
 
 struct OrderResult {
@@ -21,7 +23,12 @@ struct OrderResult {
   std::string text;  ///< a sentence
 };
 
-/// Carries out an order. It does not block, and calls `answer` once, later or at once, in any thread.
-using OrderSink = std::function<void(const Order& order, std::function<void(OrderResult)> answer)>;
+/// The rule for clients that give orders, and what carries them out.
+struct OrderReceiver {
+  /// A client that has opened its session with this token may; null: none may.
+  std::function<bool(std::string_view token)> accepts = nullptr;
+  /// Carries out an order. It does not block, and calls `answer` once, later or at once, in any thread.
+  std::function<void(const Order& order, std::function<void(OrderResult)> answer)> carry_out = nullptr;
+};
 
 }  // namespace hecaton::services::foxglove

@@ -92,10 +92,7 @@ TEST_F(LiveOrders, ControlTheCellInABrowser) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
   const std::string browser = "/usr/bin/chromium";
-  if (const std::string file = first_missing({page + "/node_modules/playwright-core", node, browser}); !file.empty()) {
-    ASSERT_TRUE(may_skip()) << file << " is missing";
-    GTEST_SKIP() << file << " is missing";
-  }
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
   const std::string url = start_view({"--control"});
   ASSERT_NE(url.find("/#token="), std::string::npos) << url;
   Process test({node, page + "/test/orders.mjs", url, browser});
@@ -106,14 +103,47 @@ TEST_F(LiveOrders, ControlTheCellInABrowser) {
   EXPECT_NE(view_->err().find("subject=\"north to ready\""), std::string::npos) << view_->err();
 }
 
+TEST_F(LiveOrders, OfFoxgloveNeedTheToken) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  HECATON_NEED_FILES({page + "/node_modules/@foxglove/ws-protocol", node});
+  const std::string url = start_view({"--control"});
+  const std::string token = url.substr(url.find('=') + 1);
+  const std::string socket = "ws://127.0.0.1:" + std::to_string(port_of(url.substr(0, url.find("/#")))) + "/";
+  const auto call = [&](const std::string& address, const std::vector<std::string>& services) {
+    std::vector<std::string> words{node, page + "/test/foxglove_orders.mjs", address, "foxglove.sdk.v1"};
+    words.insert(words.end(), services.begin(), services.end());
+    Process test(words);
+    EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+    return Json::parse(test.out(), nullptr, false);
+  };
+  for (const std::string& address : {socket, socket + "?token=" + std::string(token.size(), '0')}) {
+    const Json refused = call(address, {"/hecaton/stop"});
+    EXPECT_EQ(refused.at("services"), Json::array()) << address;
+    EXPECT_EQ(refused.at("warnings").size(), address == socket ? 0U : 1U) << refused;
+  }
+  EXPECT_EQ(json({"status"}).at("mode"), "run");
+
+  const Json stopped = call(socket + "?token=" + token, {"/north/stop", "/hecaton/stop"});
+  EXPECT_EQ(stopped.at("services").size(), 12U);
+  EXPECT_EQ(stopped.at("answers")[0].at("message"), "north is stopped");
+  EXPECT_TRUE(stopped.at("answers")[1].at("success")) << stopped;
+  EXPECT_EQ(json({"status"}).at("mode"), "stop");
+  EXPECT_TRUE(call(socket + "?token=" + token, {"/hecaton/resume"}).at("answers")[0].at("success"));
+  EXPECT_EQ(json({"status"}).at("mode"), "run");
+  EXPECT_EQ(json({"status"}).at("stopped_arms"), Json{"north"}) << "it was stopped by name";
+
+  view_->signal(SIGINT);
+  EXPECT_EQ(view_->wait(), 0);
+  EXPECT_NE(view_->err().find("event=\"order of a page\" order=stop"), std::string::npos) << view_->err();
+  EXPECT_EQ(view_->err().find(token), std::string::npos) << "the token is in the log";
+}
+
 TEST_F(LivePage, DrawsMovingArmsInABrowser) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
   const std::string browser = "/usr/bin/chromium";
-  if (const std::string file = first_missing({page + "/node_modules/playwright-core", node, browser}); !file.empty()) {
-    ASSERT_TRUE(may_skip()) << file << " is missing";
-    GTEST_SKIP() << file << " is missing";
-  }
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
   ASSERT_TRUE(up_->wait_for_message("its page: ")) << up_->err();
   Process test({node, page + "/test/browser.mjs", "http://127.0.0.1:" + std::to_string(port()) + "/", browser,
                 std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf"});
@@ -145,10 +175,7 @@ TEST_P(LiveFoxglove, ReadsTheStatesThatTheSupervisorHas) {
   const std::string package =
       std::string(HECATON_BIN_DIR) + "/../services/view/page/node_modules/@foxglove/ws-protocol";
   const std::string node = HECATON_NODE;
-  if (const std::string file = first_missing({package, node}); !file.empty()) {
-    ASSERT_TRUE(may_skip()) << file << " is missing";
-    GTEST_SKIP() << file << " is missing";
-  }
+  HECATON_NEED_FILES({package, node});
   ASSERT_TRUE(up_->wait_for_message("its page: ")) << up_->err();
   ASSERT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
   const Json cell = read_cell();

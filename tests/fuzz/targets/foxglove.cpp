@@ -22,10 +22,11 @@ HubOptions options() {
     return uri == "package://known" ? std::make_shared<const std::string>("content") : nullptr;
   };
   options.arms = {"north"};
-  options.orders = [](const Order& order, const std::function<void(OrderResult)>& answer) {
-    fuzz::require(order.arm.empty() || order.arm == "north", "an order is for the cell or an arm of it");
-    answer({true, "done"});
-  };
+  options.orders = {[](std::string_view) { return true; },
+                    [](const Order& order, const std::function<void(OrderResult)>& answer) {
+                      fuzz::require(order.arm.empty() || order.arm == "north", "an order is for the cell or an arm");
+                      answer({true, "done"});
+                    }};
   return options;
 }
 
@@ -56,7 +57,7 @@ std::size_t take(WebSession& session) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const auto kHub = std::make_shared<Hub>(options());
-  const auto session = kHub->open([] {});
+  const auto session = kHub->open({[] {}});
   take(*session);
   bool ended = false;
   for (const std::string& message : messages_in(fuzz::text_of({data, size}))) {

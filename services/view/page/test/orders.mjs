@@ -12,11 +12,12 @@ const browser = await chromium.launch({
   executablePath, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
 });
 const errors = [];
+const step = (text) => console.log(text);
 
-/** A page of its own session. */
-async function open(where) {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 760 } });
-  page.setDefaultTimeout(240_000);  // software rendering beside other tests takes minutes
+/** A page of its own session; small where nobody looks, for a software renderer draws all of them. */
+async function open(where, viewport = { width: 480, height: 320 }) {
+  const page = await browser.newPage({ viewport });
+  page.setDefaultTimeout(110_000);  // of a step; who waits for this program waits 120 s for each line
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
   page.on("pageerror", (error) => errors.push(error.message));
   await page.goto(where);
@@ -32,10 +33,12 @@ const answer = (page, state, text) => page.waitForFunction(([wanted, part]) => w
 const press = (page, name) => page.locator(name).dispatchEvent("click");
 
 try {
+  step("three pages");
   const watcher = await open(url);
-  const driver = await open(address);
+  const driver = await open(address, folder ? { width: 1280, height: 760 } : { width: 900, height: 620 });
   const second = await open(address);
 
+  step("one page controls");
   // One page controls; the token is neither in its address nor in its history.
   await says(driver, "This page controls the cell.");
   assert.equal(await driver.evaluate(() => location.href), url);
@@ -45,6 +48,7 @@ try {
   assert.equal(await watcher.locator("#controls").isVisible(), false);
   assert.equal(await watcher.locator("#stop").isVisible(), true);
 
+  step("a goal");
   // A goal, and its outcome.
   await mode(driver, "RUN");
   await driver.evaluate(() => window.hecaton.select("north"));
@@ -52,6 +56,7 @@ try {
   await press(driver, '#controls button:text-is("Go")');
   await answer(driver, "done", "north to ready: reached");
 
+  step("orders");
   // Orders of the page that controls, for the cell and an arm.
   await press(driver, '#controls button:text-is("Hold") >> nth=0');
   await mode(watcher, "HOLD");
@@ -62,10 +67,12 @@ try {
   await press(driver, '#controls button:text-is("Resume") >> nth=1');
   await answer(driver, "done", "north may move");
 
+  step("a refused order");
   // What the cell refuses is shown.
   await driver.evaluate(() => window.hecaton.orders.give({ op: "obstacle_remove", name: "nothing" }, "remove nothing"));
   await answer(driver, "failed", "nothing");
 
+  step("an obstacle");
   // An obstacle: added, dragged by its ghost with one order on drop, removed.
   await driver.evaluate(() => window.hecaton.orders.give({ op: "obstacle_add", name: "crate",
     shape: { kind: "box", size: [0.2, 0.2, 0.2] }, pose: [0.6, 1.6, 1.0, 0, 0, 0, 1] }, "add crate"));
@@ -74,7 +81,9 @@ try {
   await driver.waitForFunction(() => window.hecaton.scene.ghost.chosen === "crate");
   const at = (name) => driver.evaluate((wanted) => window.hecaton.scene.obstacleAt(wanted), name);
   const drawn = () => driver.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  await driver.bringToFront();
   const before = await at("crate");
+  step("drag it");
   await drawn();
   const box = await driver.locator("#scene").boundingBox();
   const [x, y] = await driver.evaluate(() => window.hecaton.scene.gizmoOnScreen());
@@ -99,6 +108,7 @@ try {
   await press(driver, `#controls button:text-is("Remove")`);
   await answer(driver, "done", "crate is removed");
 
+  step("stop by a key");
   // Every page stops the cell with one key, also from the search.
   await watcher.locator("#search").focus();
   await watcher.keyboard.press("Escape");
@@ -119,6 +129,7 @@ try {
   await press(driver, '#controls button:text-is("Resume") >> nth=0');
   await mode(driver, "RUN");
 
+  step("another site");
   // A page of another site reaches no cell through the browser of a user.
   const site = createServer((_, response) => response.end("<title>foreign</title>"));
   await new Promise((resolve) => site.listen(0, "127.0.0.1", resolve));
@@ -132,6 +143,7 @@ try {
   assert.equal(outcome, "refused");
   site.close();
 
+  step("the page is closed");
   // A page that is closed loses control; another takes it.
   await driver.close();
   await says(second, "No page controls");

@@ -46,7 +46,7 @@ class TestFeed : public CellFeed {
 class FoxgloveCell : public testing::Test {
  protected:
   void SetUp() override {
-    client_ = server_.protocol().open([] {});
+    client_ = server_.protocol().open({[] {}});
     static_cast<void>(client_->next());
     const Json greeting = Json::parse(bytes_of(*client_->next()));
     for (const Json& channel : greeting.at("channels")) {
@@ -185,7 +185,7 @@ TEST(FoxgloveAssets, AreTheMeshesThatTheUrdfsName) {
   const TestFeed feed(file);
   const view::Drawings drawings(file);
   const CellServer server(feed, file, drawings);
-  const auto client = server.protocol().open([] {});
+  const auto client = server.protocol().open({[] {}});
   static_cast<void>(client->next());
   const Json channels = Json::parse(bytes_of(*client->next())).at("channels");
   const auto fetch = [&](const std::string& uri) {
@@ -281,7 +281,7 @@ class FoxgloveSocket : public testing::Test {
     options.protocol.names.assign(std::begin(kSubprotocols), std::end(kSubprotocols));
     options.protocol.longest_message = kLongestMessage;
     options.protocol.allows = [](std::string_view origin) { return is_allowed_origin(origin, {}); };
-    options.protocol.open = [hub](std::function<void()> wake) { return hub->open(std::move(wake)); };
+    options.protocol.open = [hub](WebOpening opening) { return hub->open(std::move(opening)); };
     return options;
   }
   [[nodiscard]] bool accepts(const std::string& protocols, const std::string& origin = "",

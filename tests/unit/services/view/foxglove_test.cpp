@@ -104,7 +104,8 @@ TEST(FoxgloveMessages, DefinesMessagesInTheNotationOfRos2) {
 // --- clients of a hub
 
 struct TestClient {
-  explicit TestClient(const std::shared_ptr<Hub>& hub) : session(hub->open([this] { ++wakes; })) {}
+  explicit TestClient(const std::shared_ptr<Hub>& hub, const std::string& token = "")
+      : session(hub->open({[this] { ++wakes; }, {1, "127.0.0.1:5"}, token})) {}
 
   void send(const std::string& text) { session->received(text, true); }
   void subscribe(std::uint32_t id, std::uint32_t channel) {
@@ -272,14 +273,39 @@ std::string call(char service) {
   return frame;
 }
 
-TEST(FoxgloveOrders, AreRefusedUnlessTheServerTakesThem) {
+const std::string kToken = "right";
+
+OrderReceiver for_token(std::function<void(const Order&, std::function<void(OrderResult)>)> carry_out) {
+  return {[](std::string_view token) { return token == kToken; }, std::move(carry_out)};
+}
+
+TEST(FoxgloveOrders, AreRefusedWithoutTheToken) {
+  HubOptions options = two_channels();
+  int orders = 0;
+  options.orders = for_token([&](const Order&, const std::function<void(OrderResult)>&) { ++orders; });
+  const auto hub = std::make_shared<Hub>(std::move(options));
+  for (const std::string token : {"", "wrong", "righ", "right "}) {
+    TestClient client(hub, token);
+    const auto greeting = client.take();
+    ASSERT_EQ(greeting.size(), token.empty() ? 2U : 3U);
+    EXPECT_EQ(Json::parse(greeting[0]).at("capabilities"), Json({"time", "parameters", "assets"}));
+    if (!token.empty()) {
+      EXPECT_EQ(Json::parse(greeting[2]).at("op"), "status");
+    }
+    client.session->received(kCall, false);
+    const Json failure = Json::parse(client.take().at(0));
+    EXPECT_EQ(failure.at("op"), "serviceCallFailure");
+    EXPECT_EQ(failure.at("callId"), 7);
+  }
+  EXPECT_EQ(orders, 0);
+}
+
+TEST(FoxgloveOrders, OfAServerThatTakesNoneAreRefused) {
   const auto hub = std::make_shared<Hub>(two_channels());
-  TestClient client(hub);
+  TestClient client(hub, kToken);
   client.take();
   client.session->received(kCall, false);
-  const Json failure = Json::parse(client.take().at(0));
-  EXPECT_EQ(failure.at("op"), "serviceCallFailure");
-  EXPECT_EQ(failure.at("callId"), 7);
+  EXPECT_EQ(Json::parse(client.take().at(0)).at("op"), "serviceCallFailure");
 }
 
 TEST(FoxgloveOrders, GoToTheirSinkAndComeBackToTheirClient) {
@@ -287,12 +313,12 @@ TEST(FoxgloveOrders, GoToTheirSinkAndComeBackToTheirClient) {
   options.arms = {"north", "west"};
   std::vector<Order> orders;
   std::vector<std::function<void(OrderResult)>> answers;
-  options.orders = [&](const Order& order, std::function<void(OrderResult)> answer) {
+  options.orders = for_token([&](const Order& order, std::function<void(OrderResult)> answer) {
     orders.push_back(order);
     answers.push_back(std::move(answer));
-  };
+  });
   const auto hub = std::make_shared<Hub>(std::move(options));
-  auto client = std::make_unique<TestClient>(hub);
+  auto client = std::make_unique<TestClient>(hub, kToken);
   TestClient other(hub);
   const Json services = Json::parse(client->take().at(2)).at("services");
   ASSERT_EQ(services.size(), 9U);
@@ -308,6 +334,7 @@ TEST(FoxgloveOrders, GoToTheirSinkAndComeBackToTheirClient) {
   EXPECT_EQ(orders[0].arm, "");
   EXPECT_EQ(orders[1].kind, OrderKind::kStop);
   EXPECT_EQ(orders[1].arm, "north");
+  EXPECT_EQ(orders[1].client.address, "127.0.0.1:5");
   std::thread([&] { answers[1]({true, "north stops"}); }).join();
   hub->deliver_answers();
   const auto frames = client->take();
@@ -329,9 +356,9 @@ TEST(FoxgloveOrders, GoToTheirSinkAndComeBackToTheirClient) {
 TEST(FoxgloveOrders, RefusesUnknownServicesAndTooManyCalls) {
   HubOptions options = two_channels();
   int orders = 0;
-  options.orders = [&](const Order&, const std::function<void(OrderResult)>&) { ++orders; };
+  options.orders = for_token([&](const Order&, const std::function<void(OrderResult)>&) { ++orders; });
   const auto hub = std::make_shared<Hub>(std::move(options));
-  TestClient client(hub);
+  TestClient client(hub, kToken);
   client.take();
   for (const char service : {'\0', '\4', '\x7f'}) client.session->received(call(service), false);
   EXPECT_EQ(client.take().size(), 3U);
@@ -346,13 +373,14 @@ TEST(FoxgloveMalformed, EndEachOneItsOwnConnection) {
   constexpr int kMalformed = 100'000;
   HubOptions options = two_channels(true);
   int orders = 0;
-  options.orders = [&](const Order&, const std::function<void(OrderResult)>& answer) { ++orders, answer({}); };
+  options.orders =
+      for_token([&](const Order&, const std::function<void(OrderResult)>& answer) { ++orders, answer({}); });
   const auto hub = std::make_shared<Hub>(std::move(options));
   hub->publish(0, 1, "latched");
   TestClient bystander(hub);
   bystander.take();
   bystander.subscribe(1, 1);
-  auto client = std::make_unique<TestClient>(hub);
+  auto client = std::make_unique<TestClient>(hub, kToken);
   client->take();
   FrameMutator mutator;
   int ended = 0;
@@ -372,7 +400,7 @@ TEST(FoxgloveMalformed, EndEachOneItsOwnConnection) {
     // What comes after the end is ignored.
     client->session->received(frame.bytes, frame.text);
     ASSERT_TRUE(client->take().empty());
-    client = std::make_unique<TestClient>(hub);
+    client = std::make_unique<TestClient>(hub, kToken);
     client->take();
   }
   EXPECT_GT(accepted, 1000) << "some changed frames are still well-formed";

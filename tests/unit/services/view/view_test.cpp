@@ -125,7 +125,7 @@ class LiveViewTest : public testing::Test {
     config::View address;
     address.host = "localhost";
     address.port = 0;
-    view_.emplace(file_, options, address, ViewOrders{}, foxglove::CellServerOptions{}, shutdown_);
+    view_.emplace(file_, options, address, ViewOrders{}, std::vector<std::string>{}, shutdown_);
     bus::ParticipantOptions participant;
     participant.partition = file_.cell.name;
     participant_.emplace(domain_.number(), "test", participant);
