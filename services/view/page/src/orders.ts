@@ -24,7 +24,7 @@ export class OrderBook {
   private control: ControlMessage | null = null;
   private number: number | null = null; // of this page, once it has taken control
   private stops = false; // as the server said last, also without a connection: pressing it then says that nothing is sent
-  private asked = false; // for control, since the page was opened
+  private asked = false; // for control, or seen that another page has it, since the page was opened
   private ids = 0;
 
   constructor(private readonly send: (message: Sent) => boolean, private readonly token: string | null) {}
@@ -38,7 +38,9 @@ export class OrderBook {
       this.number = null;
       this.add({ id: 0, op: "take", state: "failed", text: "This page no longer controls the cell." });
     }
+    // Of its own accord only when it is opened: a page that finds another in control does not follow it unseen.
     if (!this.asked && this.mayTake) this.take();
+    this.asked = true;
     this.onChange();
   }
 

@@ -47,13 +47,21 @@ test("a page without token only stops", () => {
   assert.deepEqual(sent, [{ op: "stop", id: 1 }]);
 });
 
-test("a page with token takes control once, when no page has it", () => {
+test("a page with token takes control once, when it is opened", () => {
+  const { book, sent } = opened();
+  book.setControl(control());
+  book.setControl(control());
+  assert.deepEqual(sent, [{ op: "take", token: TOKEN, id: 1 }]);
+});
+
+test("a page that found another in control takes it on a person's order only", () => {
   const { book, sent } = opened();
   book.setControl(control({ controller: { number: 1, address: "127.0.0.1:1" } }));
-  assert.deepEqual(sent, []);
   assert.match(book.sentence, /127\.0\.0\.1:1 controls/);
   book.setControl(control());
-  book.setControl(control());
+  assert.deepEqual(sent, []);
+  assert.equal(book.sentence, "No page controls the cell.");
+  book.take();
   assert.deepEqual(sent, [{ op: "take", token: TOKEN, id: 1 }]);
 });
 
