@@ -84,7 +84,7 @@ struct BuiltRows {
   int count = 0;
   double stop_time = std::numeric_limits<double>::infinity();       ///< stops may take no longer [s]
   double nearest = std::numeric_limits<double>::infinity();         ///< distance of obstacles and other arms [m]
-  double nearest_moving = std::numeric_limits<double>::infinity();  ///< distance of moving obstacles [m]
+  double nearest_moving = std::numeric_limits<double>::infinity();  ///< distance of what moves freely [m]
 };
 
 /// A retreat needs a higher velocity limit if all joints together, at the reduced limit, separate the pair less than
@@ -99,11 +99,26 @@ bool retreats_within(const JointLimits& limits, const Row& row, double stop_time
   return (row.g.array().abs() * slower).sum() >= -kSpareFlight * row.h;
 }
 
-/// A slower obstacle counts as static [m/s].
+/// A slower obstacle counts as static [m/s], and so does an arm whose joints are slower [rad/s | m/s].
 constexpr double kMoves = 0.02;
 
 bool moves(const world::ObstacleState& state) {
   return state.velocity.linear.squaredNorm() > kMoves * kMoves || !state.velocity.angular.isZero();
+}
+
+/// The other body moves and does not give way: a moving obstacle, or an arm that others move.
+bool moves_freely(const DamperScene& scene, const Clearance& clearance) {
+  switch (clearance.counterpart) {
+    case Counterpart::kObstacle:
+      return moves(scene.obstacles[clearance.other]);
+    case Counterpart::kArm: {
+      const ArmObservation& other = scene.observations[clearance.other];
+      return other.foreign && other.qd.cwiseAbs().maxCoeff() > kMoves;
+    }
+    case Counterpart::kSelf:
+      return false;
+  }
+  return false;
 }
 
 BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::span<const Clearance> clearances,
@@ -119,9 +134,8 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
     if (reach > 0.0) built.stop_time = std::min(built.stop_time, row.stop_time);
     if (reach > 0.0 && clearances[i].counterpart != Counterpart::kSelf) {
       built.nearest = std::min(built.nearest, clearances[i].distance);
-      if (clearances[i].counterpart == Counterpart::kObstacle && moves(scene.obstacles[clearances[i].other])) {
+      if (moves_freely(scene, clearances[i]))
         built.nearest_moving = std::min(built.nearest_moving, clearances[i].distance);
-      }
     }
     const bool can_bind = reach > row.h;
     if (reach > 0.0 && (row.influences || can_bind)) ++built.count;
@@ -225,7 +239,7 @@ TickResult stand_aside(const CellGeometry& geometry, const LocalParameters& para
     arm.position_uncertainty = region.position_uncertainty;
     arm.qd.setZero();
     arm.age = 0.0;
-    arm.plans = arm.has_goal = false;
+    arm.plans = arm.foreign = arm.has_goal = false;
   }
   TickInput staying = input;
   staying.arms = arms;

@@ -19,7 +19,7 @@ MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& fee
 }
 
 void extrapolate(const JointLimits& limits, ArmObservation& arm) {
-  if (!arm.plans) {
+  if (!arm.plans && !arm.foreign) {
     stop_for(limits, arm.age, arm.q, arm.qd);
   } else if (arm.age > 0.0) {
     arm.q += arm.qd * arm.age;

@@ -27,8 +27,8 @@ struct OwnArmFeedback {
 /// arrived, and then follows its stop profile. The result never lies ahead of the arm on its path.
 [[nodiscard]] MeasuredState dead_reckoned(const JointLimits& limits, const OwnArmFeedback& feedback, double period);
 
-/// Extrapolates the arm to now: at constant velocity if it plans, on its stop profile otherwise. Positions are clamped
-/// to the limits. The age stays.
+/// Extrapolates the arm to now: at constant velocity if it plans or others move it, on its stop profile otherwise.
+/// Positions are clamped to the limits. The age stays.
 void extrapolate(const JointLimits& limits, ArmObservation& arm);
 
 /// The obstacle at its expected present pose, for a constant twist. The age stays.

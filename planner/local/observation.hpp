@@ -50,7 +50,8 @@ struct ArmObservation {
   JointVector position_uncertainty = {};  ///< half width about q of each joint; empty: q is exact [rad | m]
   CoupledPlanProgress progress = {};      ///< in the coupled plan that it has joined
   std::shared_ptr<const CoupledPlan> proposal = nullptr;  ///< its own proposal; null: none
-  double speed = 1.0;  ///< ordered share of its velocity limits, for predictions; no margin may depend on it
+  double speed = 1.0;    ///< ordered share of its velocity limits, for predictions; no margin may depend on it
+  bool foreign = false;  ///< others move it, within its limits: it does not brake or give way, and `plans` is false
 
   [[nodiscard]] bool lost() const { return position_uncertainty.size() > 0; }  ///< no process reports its position
 };

@@ -60,12 +60,13 @@ void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row)
   directional_jacobian(*arm.model, scene.arms[clearance.other], clearance.other_link, clearance.p_other_W,
                        -clearance.n_W, g_other);
   const double approach = g_other.dot(other.qd);
-  const double distance = least_distance({.distance = clearance.distance - lag(scene, row),
-                                          .age = other.age,
-                                          .own_speed = row.g.dot(scene.own_qd),
-                                          .other_speed = approach,
-                                          .other_acceleration = g_other.cwiseAbs().dot(arm.limits.acceleration)},
-                                         damper.security_distance, 0.5 * damper.slope());
+  const AgedPair pair{.distance = clearance.distance - lag(scene, row),
+                      .age = other.age,
+                      .own_speed = row.g.dot(scene.own_qd),
+                      .other_speed = approach,
+                      .other_acceleration = g_other.cwiseAbs().dot(arm.limits.acceleration)};
+  const double distance =
+      other.foreign ? least_distance(pair) : least_distance(pair, damper.security_distance, 0.5 * damper.slope());
   if (other.plans) {
     keep(scene, damper, distance, 0.5, 0.0, row);
   } else {

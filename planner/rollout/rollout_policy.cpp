@@ -71,6 +71,7 @@ RolloutQuestion make_question(const ArmController& controller, std::span<const A
     arm.q_goal = seen.q_goal;
     arm.has_goal = seen.has_goal;
     arm.plans = seen.plans;
+    arm.foreign = seen.foreign;
     arm.speed = seen.speed;
     arm.position_uncertainty = seen.position_uncertainty;
     // The seeds of other arms are unknown; each gets a stream of its own.

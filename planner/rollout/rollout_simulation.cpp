@@ -37,19 +37,28 @@ void RolloutSimulation::begin(std::span<const RolloutArm> arms, std::span<const 
 }
 
 void RolloutSimulation::step() {
-  for (int i = 0; i < arms(); ++i)
-    seen_[i] = {arms_[i].q,
-                arms_[i].qd,
+  for (int i = 0; i < arms(); ++i) {
+    const RolloutArm& arm = arms_[i];
+    seen_[i] = {arm.q,
+                arm.qd,
                 0.0,
                 true,
-                arms_[i].plans,
+                arm.plans,
                 is_under_way(i),
-                arms_[i].q_goal,
-                arms_[i].memory.right_of_way.priority,
-                arms_[i].position_uncertainty};
+                arm.q_goal,
+                arm.memory.right_of_way.priority,
+                arm.position_uncertainty};
+    seen_[i].foreign = arm.foreign;
+  }
   time_ += dt_;
   for (int i = 0; i < arms(); ++i) {
     RolloutArm& arm = arms_[i];
+    if (arm.foreign) {
+      const JointVector expected = arm.q + arm.qd * dt_;
+      arm.q = expected.cwiseMax(limits(i).lower).cwiseMin(limits(i).upper);
+      arm.qd = (arm.q.array() == expected.array()).select(arm.qd, 0.0);
+      continue;
+    }
     if (!arm.plans) {
       arm.qd.setZero();
       continue;

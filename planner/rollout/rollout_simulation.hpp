@@ -20,14 +20,15 @@ struct RolloutArm {
   JointVector qd;                    ///< [rad/s | m/s]
   JointVector q_goal;                ///< [rad | m]; ignored without goal
   bool has_goal = false;             ///< false: it only gives way
-  bool plans = false;                ///< false: it stands still
+  bool plans = false;                ///< false: it stands still, or others move it
+  bool foreign = false;              ///< others move it: it keeps its velocity within its limits, and gives way to none
   JointVector position_uncertainty;  ///< of a lost arm (ArmObservation)
   double speed = 1.0;                ///< share of its velocity limits that it uses, 0 to 1
   LocalMemory memory;                ///< memory of its planner, as far as known
 };
 
-/// Every arm runs its own tick, every drive follows exactly, and obstacles move at their present velocity, which
-/// changes by their acceleration. Deterministic. Not thread-safe.
+/// Every arm that plans runs its own tick, every drive follows exactly, and obstacles move at their present velocity,
+/// which changes by their acceleration. Deterministic. Not thread-safe.
 class RolloutSimulation {
  public:
   /// `parameters`: one per arm. `dt`: time step, larger than the control period [s].

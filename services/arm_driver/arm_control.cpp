@@ -42,14 +42,16 @@ ArmControl::ArmControl(const ArmControlSetup& setup, device::ArmDevice& device)
       session_({setup.arm, setup.limits.lower.size(), setup.command_timeout}, device, setup.latched),
       gate_(static_cast<int>(setup.limits.lower.size()), command_limits(setup)),
       interpolator_(setup.limits, planner::JointVector::Zero(setup.limits.lower.size()), setup.command_timeout),
-      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup.arm, "no cell mode received yet")) {}
+      hold_(make_cause(CauseKind::CAUSE_MODE_UNKNOWN, setup.arm, "no cell mode received yet")) {
+  set_observed(setup.observed);
+}
 
 void ArmControl::read(Clock::time_point now) {
   if (now_ == Clock::time_point()) accepted_at_ = now;
   const bool stalled = now - now_ > setup_.valid_for;
   const bool was_active = session_.active();
   now_ = now;
-  session_.read(now, !hold_);
+  session_.read(now, !hold_ && !observed_);
   if (was_active && !session_.active()) {
     interpolator_.reset(interpolator_.reference().q);
   } else if (!was_active && session_.active()) {
@@ -73,6 +75,25 @@ void ArmControl::set_hold(std::optional<msg::Cause> hold, bool for_device) {
   if (hold_) stop(continues_from());
 }
 
+void ArmControl::set_observed(bool observed) {
+  if (observed == observed_) return;
+  observed_ = observed;
+  if (!observed) {
+    session_.set_observed(false);
+  } else if (session_.active()) {
+    stop(continues_from());
+  }
+  leave_to_others();
+}
+
+// The device follows the driver's stop profile to its end.
+void ArmControl::leave_to_others() {
+  const bool stops = interpolator_.mode() != planner::DriveMode::kIdle;
+  if (!observed_ || session_.observed() || (session_.active() && stops)) return;
+  session_.set_observed(true);
+  ran_ = false;
+}
+
 // A device that lags behind continues from its last set-point, see ArmDevice::tracking_delay().
 const planner::JointState& ArmControl::continues_from() const {
   return tracking_delay() > 0.0 ? interpolator_.reference() : measured();
@@ -90,7 +111,7 @@ Judgement ArmControl::command(const msg::ArmCommand& command, const std::optiona
   Judgement judgement = gate_.judge(command, origin);
   if (judgement.verdict == Verdict::kRepeated || judgement.verdict == Verdict::kSecondWriter) return judgement;
   const auto& set_point = gate_.set_point();
-  const bool follows = !hold_ && session_.active();
+  const bool follows = !hold_ && !observed_ && session_.active();
   if (judgement.verdict == Verdict::kAccepted && follows) {
     const bool far = is_far(set_point);
     if (far) stop(continues_from());
@@ -120,6 +141,7 @@ void ArmControl::write() {
     if (!session_.active()) interpolator_.reset(interpolator_.reference().q);
   }
   ran_ = ran_ || interpolator_.mode() == planner::DriveMode::kTracking;
+  leave_to_others();
 }
 
 // Steps of at most a period make a stop within one step end at the right position.
@@ -146,20 +168,25 @@ void ArmControl::approach(const planner::JointState& reference, double dt) {
   }
 }
 
+bool ArmControl::moves() const {
+  const auto& qd = measured().qd;
+  return qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving;
+}
+
 msg::ArmMode ArmControl::mode() const {
   if (session_.failed()) return msg::ArmMode::ARM_FAILED;
+  if (session_.observed() && measured().q.size() > 0) return msg::ArmMode::ARM_OBSERVED;
   if (interpolator_.mode() == planner::DriveMode::kTracking) return msg::ArmMode::ARM_RUNNING;
   if (interpolator_.mode() == planner::DriveMode::kStopping) return msg::ArmMode::ARM_BRAKING;
-  const auto& qd = measured().qd;
   // A device may lag behind the end of the stop profile: the arm has stopped when its measured joints have.
-  if ((ran_ || !session_.active()) && qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving)
-    return msg::ArmMode::ARM_BRAKING;
+  if ((ran_ || !session_.active()) && moves()) return msg::ArmMode::ARM_BRAKING;
   return ran_ ? msg::ArmMode::ARM_STOPPED : msg::ArmMode::ARM_STARTING;
 }
 
 msg::Cause ArmControl::cause() const {
   if (mode() == msg::ArmMode::ARM_RUNNING) return {};
   if (msg::Cause why = session_.cause(); !is_none(why)) return why;
+  if (observed_) return observed_cause(setup_.arm);
   if (hold_) return *hold_;
   if (refusal_) return *refusal_;
   if (!commanded_) return make_cause(CauseKind::CAUSE_STARTING, setup_.arm, "no command received yet");

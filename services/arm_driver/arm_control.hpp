@@ -20,11 +20,13 @@ struct ArmControlSetup {
   std::chrono::nanoseconds period{0};      ///< of the driver's loop
   std::chrono::nanoseconds valid_for{0};   ///< the device stops by itself without a set-point for this long
   std::optional<msg::Cause> latched = {};  ///< why the arm is held until a person resumes it; empty: it is not
+  bool observed = false;                   ///< others move the arm from the start
 };
 
 /// Checks and interpolates commands, stops the arm when commands cease or the cell mode holds it, and explains why the
 /// arm stands. After the device has stopped or failed, the arm is held until the supervisor holds it. Each period
-/// consists of read(), any number of set_hold(), observe_lease() and command(), then write(). For one thread.
+/// consists of read(), any number of set_hold(), set_observed(), observe_lease() and command(), then write(). For one
+/// thread.
 class ArmControl {
  public:
   using Clock = device::Clock;
@@ -38,6 +40,10 @@ class ArmControl {
   /// Why the cell mode holds the arm; empty: the arm may run. `for_device`: the hold is for the fault of the arm's
   /// device, so that this class need not hold the arm for it any more.
   void set_hold(std::optional<msg::Cause> hold, bool for_device = false);
+  /// True: others move the arm from now on. A moving arm brakes first; commands have no effect any more. False: the
+  /// planner commands the arm, from where it stands.
+  void set_observed(bool observed);
+  [[nodiscard]] bool observed() const { return observed_; }
   /// See CommandGate.
   void observe_lease(const ArmLease& lease) { gate_.observe_lease(lease); }
   void set_granted(std::optional<std::uint64_t> term) { gate_.set_granted(term); }
@@ -50,6 +56,8 @@ class ArmControl {
   [[nodiscard]] msg::ArmMode mode() const;
   /// Why the arm brakes, stands or has failed; CAUSE_NONE while it follows commands.
   [[nodiscard]] msg::Cause cause() const;
+  /// A measured joint moves.
+  [[nodiscard]] bool moves() const;
   /// Measured joint positions and velocities; empty until the device has measured any.
   [[nodiscard]] const planner::JointState& measured() const { return session_.state().measured; }
   [[nodiscard]] Clock::time_point measured_at() const { return session_.measured_at(); }
@@ -63,6 +71,7 @@ class ArmControl {
 
  private:
   void stop(const planner::JointState& from);
+  void leave_to_others();
   void interpolate();
   void approach(const planner::JointState& reference, double dt);
   [[nodiscard]] bool is_far(const planner::TimedSetPoint& set_point) const;
@@ -78,6 +87,7 @@ class ArmControl {
   planner::JointState written_;        ///< the last set-point of the device
   bool commanded_ = false;             ///< a command has been accepted
   bool ran_ = false;                   ///< the arm has followed a command
+  bool observed_ = false;              ///< others move the arm, once it has stopped
   std::optional<msg::Cause> hold_;     ///< of the cell mode
   std::optional<msg::Cause> refusal_;  ///< of the last command when it was refused
 };

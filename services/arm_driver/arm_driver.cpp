@@ -18,7 +18,8 @@ namespace {
 
 /// The driver sends a set-point in each of its periods. It is valid for a control period, as a planner's is, plus a
 /// driver period.
-ArmControlSetup control_setup(const config::CellFile& file, int arm, const device::ArmDevice& device, bool restarted) {
+ArmControlSetup control_setup(const config::CellFile& file, int arm, const device::ArmDevice& device, bool restarted,
+                              bool observed) {
   const planner::Timing& timing = file.cell.timing;
   const planner::Arm& planned = file.cell.arms[arm].arm;
   ArmControlSetup setup{planned.name,
@@ -26,7 +27,8 @@ ArmControlSetup control_setup(const config::CellFile& file, int arm, const devic
                         timing.command_timeout,
                         nanoseconds(timing.driver_period),
                         nanoseconds(timing.control_period + timing.driver_period),
-                        {}};
+                        {},
+                        observed};
   if (restarted && !device.continues_after_restart()) {
     setup.latched = make_cause(msg::CauseKind::CAUSE_PROGRAM_STOPPED, planned.name,
                                "its driver was restarted: check the arm, then resume it");
@@ -41,9 +43,20 @@ device::DeviceOrder device_order(msg::DeviceOrder order) {
     case msg::DeviceOrder::DEVICE_POWER_OFF:
       return device::DeviceOrder::kPowerOff;
     case msg::DeviceOrder::DEVICE_UNLOCK:
+    case msg::DeviceOrder::DEVICE_OBSERVE:  // an order to the driver itself
+    case msg::DeviceOrder::DEVICE_COMMAND:
       break;
   }
   return device::DeviceOrder::kUnlock;
+}
+
+bool is_for_driver(msg::DeviceOrder order) {
+  return order == msg::DeviceOrder::DEVICE_OBSERVE || order == msg::DeviceOrder::DEVICE_COMMAND;
+}
+
+/// A file beside the driver's checkpoint; empty: nothing is kept.
+std::string beside(const std::string& checkpoint, const std::string& ending) {
+  return checkpoint.empty() ? std::string() : checkpoint + ending;
 }
 
 /// The supervisor publishes the cell mode every 25 ms: it is heard while the last one is younger.
@@ -63,22 +76,22 @@ bool decides_alike(const msg::ArmState& a, const msg::ArmState& b) {
 }  // namespace
 
 int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types) {
-  return run_service(
-      argc, argv, "Drives one arm of a cell: follows its planner's commands and stops the arm when they cease",
-      Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
-        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
-        const int arm = find_arm(file, options.arm);
-        const std::string checkpoint = options.checkpoint.empty() ? std::string() : options.checkpoint + ".device";
-        auto device = make_device(file, arm, checkpoint, types, [](std::string_view event, std::string_view details) {
-          log_info(event, {{"details", details}});
-        });
-        const LogScope log(driver_node(options.arm), options);
-        lock_memory();
-        start_exit_notifier(options.exit_fd);
-        ArmDriver driver(file, arm, options, shutdown, std::move(device));
-        raise_service_priority(file, ThreadPriority::kSafety);
-        driver.run();
-      });
+  return run_service(argc, argv,
+                     "Drives one arm of a cell: follows its planner's commands and stops the arm when they cease",
+                     Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
+                       const config::CellFile file = config::load_cell_file(options.cell, options.sources);
+                       const int arm = find_arm(file, options.arm);
+                       auto device = make_device(file, arm, beside(options.checkpoint, ".device"), types,
+                                                 [](std::string_view event, std::string_view details) {
+                                                   log_info(event, {{"details", details}});
+                                                 });
+                       const LogScope log(driver_node(options.arm), options);
+                       lock_memory();
+                       start_exit_notifier(options.exit_fd);
+                       ArmDriver driver(file, arm, options, shutdown, std::move(device));
+                       raise_service_priority(file, ThreadPriority::kSafety);
+                       driver.run();
+                     });
 }
 
 ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options,
@@ -97,8 +110,11 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       loop_(nanoseconds(file.cell.timing.driver_period), shutdown),
       command_timeout_(nanoseconds(file.cell.timing.command_timeout)),
       checkpoint_(options.checkpoint),
+      observed_(beside(options.checkpoint, ".observed"), 0, "whether others move the arm"),
       device_(std::move(device)),
-      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value()), *device_),
+      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value(),
+                             observed_.recall().value_or(starts_observed(file.devices[arm]))),
+               *device_),
       published_{nanoseconds(state_period(file)), {}, {}} {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
@@ -155,7 +171,10 @@ void ArmDriver::handle_orders() {
     const msg::DeviceRequest& last = order_.request;
     if (last.client() == request.client() && last.request_id() == request.request_id()) continue;
     log_info("device order", {{"from", request.client()}, {"order", text(request.order())}});
-    if (const auto refused = device_->begin(device_order(request.order()))) {
+    if (is_for_driver(request.order())) {
+      reply(request, observe(request.order() == msg::DeviceOrder::DEVICE_OBSERVE));
+      if (!order_.runs) order_.request = request;
+    } else if (const auto refused = device_->begin(device_order(request.order()))) {
       reply(request, refused);
       if (!order_.runs) order_.request = request;
     } else {
@@ -164,6 +183,19 @@ void ArmDriver::handle_orders() {
   }
   const auto end = device_->order_end();
   if (end && std::exchange(order_.runs, false)) reply(order_.request, end->result);
+}
+
+// The checkpoint comes first: a driver that is killed now and restarted must not command an arm that a person guides.
+device::DeviceResult ArmDriver::observe(bool observed) {
+  if (control_.observed() == observed) {
+    return device::DeviceFailure{observed ? "others move it already" : "its planner commands it already"};
+  }
+  if (!observed && control_.moves()) {
+    return device::DeviceFailure{"it moves: bring it to rest, then give it back to its planner"};
+  }
+  observed_.remember(observed);
+  control_.set_observed(observed);
+  return {};
 }
 
 void ArmDriver::reply(const msg::DeviceRequest& to, const device::DeviceResult& result) {
@@ -240,7 +272,8 @@ void ArmDriver::publish_heartbeat() {
   report.term = modes_.view().term();
   report.cause = state_.cause();
   const bool runs = control_.mode() == msg::ArmMode::ARM_RUNNING;
-  const bool as_ordered = runs || modes_.view().order(name_) != msg::Mode::MODE_RUN;
+  const bool observed = control_.mode() == msg::ArmMode::ARM_OBSERVED;
+  const bool as_ordered = runs || observed || modes_.view().order(name_) != msg::Mode::MODE_RUN;
   report.state = as_ordered && modes_.view().heard() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_DEGRADED;
   report.oldest_input = "ArmCommand/" + name_;
   report.oldest_input_age = control_.command_age();

@@ -37,6 +37,8 @@ class ArmDriver {
   void receive();
   void take(const bus::Sample<msg::ArmCommand>& sample);
   void handle_orders();
+  /// Others move the arm from now on, or its planner does. Returns why not; empty: done.
+  [[nodiscard]] device::DeviceResult observe(bool observed);
   void reply(const msg::DeviceRequest& to, const device::DeviceResult& result);
   void report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   void note_lease();
@@ -63,6 +65,7 @@ class ArmDriver {
   PeriodicLoop loop_;
   std::chrono::nanoseconds command_timeout_;
   LeaseCheckpoint checkpoint_;
+  MappedRecord<bool> observed_;  ///< the last order: others move the arm
   std::unique_ptr<device::ArmDevice> device_;
   ArmControl control_;
   msg::ArmState state_;  ///< reused every period

@@ -15,22 +15,33 @@ namespace {
 
 using config::ConfigError;
 
+constexpr std::string_view kObserved = "observed";
+constexpr std::string_view kSource = "source";
+
 const device::DeviceType& type_of(const config::DeviceOptions& wanted, std::span<const device::DeviceType> types) {
-  const auto found =
-      std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.type == wanted.type; });
+  std::vector<std::string_view> names;
+  for (const device::DeviceType& type : types) names.push_back(type.type);
+  const bool observed = starts_observed(wanted);
+  const auto source = wanted.values.find(kSource);
+  if (observed && source == wanted.values.end()) {
+    throw ConfigError(wanted.where + ".source is missing: the type of the device that measures the observed arm, " +
+                      config::alternatives(names));
+  }
+  const std::string& name = observed ? source->second : wanted.type;
+  const auto found = std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.type == name; });
   if (found == types.end()) {
-    std::vector<std::string_view> names;
-    for (const device::DeviceType& type : types) names.push_back(type.type);
-    throw ConfigError(wanted.where + ".type = " + config::printable(wanted.type) + " must be " +
+    if (!observed) names.push_back(kObserved);
+    throw ConfigError(wanted.where + (observed ? ".source = " : ".type = ") + config::printable(name) + " must be " +
                       config::alternatives(names));
   }
   std::vector<std::string_view> keys = {"type"};
+  if (observed) keys.push_back(kSource);
   keys.insert(keys.end(), found->keys.begin(), found->keys.end());
   for (const auto& [key, value] : wanted.values) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
     throw ConfigError(wanted.where + "." + config::printable(key) + " is not a known key; did you mean '" +
-                      std::string(config::nearest_word(key, keys)) + "'? A device of type " + wanted.type +
-                      " may have " + config::listed(keys));
+                      std::string(config::nearest_word(key, keys)) + "'? A device of type " + name + " may have " +
+                      config::listed(keys));
   }
   return *found;
 }
@@ -50,6 +61,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   setup.checkpoint = checkpoint;
   setup.where = file.devices[arm].where;
   setup.values = file.devices[arm].values;
+  if (starts_observed(file.devices[arm])) setup.values.erase(std::string(kSource));
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }
@@ -74,6 +86,10 @@ void require_own_ports(const config::CellFile& file, std::span<const device::Dev
 }
 
 }  // namespace
+
+bool starts_observed(const config::DeviceOptions& device) {
+  return device.type == kObserved;
+}
 
 void require_known_devices(const config::CellFile& file, std::span<const device::DeviceType> types) {
   // Each device is created once, because its factory checks the values of its keys. It opens nothing yet.
@@ -101,6 +117,7 @@ std::vector<std::string> device_steps(const config::CellFile& file, std::span<co
   constexpr std::string_view kArm = "ARM";
   std::vector<std::string> steps;
   for (std::size_t arm = 0; arm < file.devices.size(); ++arm) {
+    if (starts_observed(file.devices[arm])) continue;
     for (const std::string_view step : type_of(file.devices[arm], types).steps) {
       std::string& own = steps.emplace_back(step);
       const std::size_t place = own.find(kArm);

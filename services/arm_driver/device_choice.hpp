@@ -11,6 +11,10 @@
 
 namespace hecaton::services {
 
+/// True: `device: {type: observed, source: TYPE, …}`. Others move the arm from the start, and a device of the type TYPE
+/// measures it.
+[[nodiscard]] bool starts_observed(const config::DeviceOptions& device);
+
 /// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key or value that its
 /// type refuses. Two devices of one host must not listen on the same port. Call it before anything starts.
 void require_known_devices(const config::CellFile& file,

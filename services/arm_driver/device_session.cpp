@@ -46,6 +46,11 @@ CauseKind kind_of(DeviceMode mode) {
 
 }  // namespace
 
+msg::Cause observed_cause(const std::string& arm) {
+  return make_cause(CauseKind::CAUSE_OBSERVED, arm,
+                    "others move it; 'hecaton device " + arm + " command' gives it back to its planner");
+}
+
 DeviceSession::DeviceSession(DeviceSessionSetup setup, device::ArmDevice& device, std::optional<msg::Cause> latched)
     : setup_(std::move(setup)), device_(device), latched_(std::move(latched)) {}
 
@@ -63,7 +68,7 @@ void DeviceSession::read(Clock::time_point now, bool may_move) {
   const bool ready = state_.mode == DeviceMode::kReady;
   if (state_.mode != DeviceMode::kStarting) failure_.reset();
   const bool awaited = phase_ == Phase::kActivating && state_.mode == DeviceMode::kStarting;
-  if (phase_ == Phase::kInactive && ready && may_move && !latched_) {
+  if (phase_ == Phase::kInactive && ready && may_move && !latched_ && !observed_) {
     if (const auto failure = device_.activate()) return fail(failure->text);
     phase_ = Phase::kActivating;
     take(device_.read(now));
@@ -84,6 +89,15 @@ void DeviceSession::take(device::DeviceState state) {
     state.measured = std::move(state_.measured);
   }
   state_ = std::move(state);
+}
+
+void DeviceSession::set_observed(bool observed) {
+  observed_ = observed;
+  if (phase_ == Phase::kActive || phase_ == Phase::kActivating) {
+    device_.deactivate();
+    phase_ = Phase::kInactive;
+  }
+  latched_.reset();
 }
 
 void DeviceSession::write(const device::JointState& set_point, std::chrono::nanoseconds valid_for) {
@@ -112,8 +126,10 @@ std::optional<std::string> DeviceSession::unusable_state() const {
            " velocities, but the arm has " + std::to_string(setup_.joints) + " joints";
   }
   if (!q.allFinite() || !qd.allFinite()) return "the device measures a value that is not finite";
-  const std::chrono::duration<double> age = state_.age;
-  if (state_.mode != DeviceMode::kReady || age.count() <= setup_.state_age_limit) return std::nullopt;
+  // Other arms avoid an observed arm by its state, whatever its mode is.
+  const bool must_be_fresh = state_.mode == DeviceMode::kReady || (observed_ && state_.mode != DeviceMode::kStarting);
+  const std::chrono::duration<double> age = now_ - measured_at_;
+  if (!must_be_fresh || age.count() <= setup_.state_age_limit) return std::nullopt;
   return age_text(age.count(), setup_.state_age_limit);
 }
 
@@ -143,6 +159,9 @@ msg::Cause DeviceSession::cause_of_state() const {
 msg::Cause DeviceSession::cause() const {
   if (failure_) return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, *failure_);
   const msg::Cause present = cause_of_state();
+  if (observed_ && state_.measured.q.size() > 0) {
+    return observed_cause(setup_.arm);
+  }
   const bool is_stop = !is_none(present) && present.kind() != CauseKind::CAUSE_STARTING;
   if (is_stop || !latched_) return present;
   return *latched_;

@@ -16,6 +16,9 @@ struct DeviceSessionSetup {
   double state_age_limit = 0.0;  ///< [s] an older measured state is a failure of the device
 };
 
+/// Why an arm that others move follows no commands.
+[[nodiscard]] msg::Cause observed_cause(const std::string& arm);
+
 /// Configures a device, activates it when the arm may move, and configures it again after a failure. When a device
 /// stops following, the session latches: it does not activate the device again before release() was called. For one
 /// thread.
@@ -36,7 +39,11 @@ class DeviceSession {
   void write(const device::JointState& set_point, std::chrono::nanoseconds valid_for);
   /// Ends the latch: the supervisor holds the arm now, and its hold decides.
   void release() { latched_.reset(); }
+  /// True: others move the arm. The session deactivates the device, and its stops hold nothing. Only a device that does
+  /// not measure, or fails, is still a fault. False: as before; nothing is latched.
+  void set_observed(bool observed);
 
+  [[nodiscard]] bool observed() const { return observed_; }
   /// The device follows set-points.
   [[nodiscard]] bool active() const { return phase_ == Phase::kActive; }
   /// The last call failed, and the device has not worked since.
@@ -70,6 +77,7 @@ class DeviceSession {
   device::DeviceState state_;
   std::optional<std::string> failure_;
   std::optional<msg::Cause> latched_;
+  bool observed_ = false;          ///< others move the arm
   Clock::time_point now_;          ///< of the last read()
   Clock::time_point measured_at_;  ///< of the measured state
   Clock::time_point retry_at_;     ///< when a failed device is configured again

@@ -99,7 +99,7 @@ constexpr std::array kArmStateFields{kSchema,
                                      term("term"),
                                      count("sequence_number"),
                                      stamp("stamp_ns"),
-                                     choice("mode", msg::ArmMode::ARM_FAILED),
+                                     choice("mode", msg::ArmMode::ARM_OBSERVED),
                                      positions("q", msg::MAX_JOINTS),
                                      velocities("qd", msg::MAX_JOINTS),
                                      number("speed_scaling", 0.0, 1.0),
@@ -124,7 +124,7 @@ constexpr std::array kArmCommandFields{kSchema,
                                        velocities("qd", msg::MAX_JOINTS)};
 constexpr StructRule kArmCommand{"ArmCommand", kArmCommandFields};
 constexpr std::array kDeviceRequestFields{kSchema, name_of("client"), count("request_id"), name_of("arm"),
-                                          choice("order", msg::DeviceOrder::DEVICE_UNLOCK)};
+                                          choice("order", msg::DeviceOrder::DEVICE_COMMAND)};
 constexpr StructRule kDeviceRequest{"DeviceRequest", kDeviceRequestFields};
 constexpr std::array kDeviceReplyFields{kSchema,        name_of("client"), count("request_id"),
                                         name_of("arm"), boolean("done"),   nested("cause", kCause)};

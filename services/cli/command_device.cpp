@@ -19,7 +19,8 @@ namespace {
 /// Robot controllers answer within a second or two.
 constexpr Seconds kAnswerLimit{10.0};
 constexpr std::array kOrders{msg::DeviceOrder::DEVICE_POWER_ON, msg::DeviceOrder::DEVICE_POWER_OFF,
-                             msg::DeviceOrder::DEVICE_UNLOCK};
+                             msg::DeviceOrder::DEVICE_UNLOCK, msg::DeviceOrder::DEVICE_OBSERVE,
+                             msg::DeviceOrder::DEVICE_COMMAND};
 
 struct Options {
   std::string arm;
@@ -41,15 +42,18 @@ ExitCode run(const Settings& settings, const Options& options) {
 }  // namespace
 
 void add_device(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("device", "Switches the device of an arm on or off, or unlocks it");
+  CLI::App* command =
+      app.add_subcommand("device", "Switches the device of an arm on or off, unlocks it, or leaves the arm to others");
   auto options = std::make_shared<Options>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   std::vector<std::string> names;
   for (const msg::DeviceOrder order : kOrders) names.push_back(text(order));
   add_choice(*command, "ORDER", options->order, names,
-             "on: power on and release the brakes; off: power off; unlock: release a protective stop")
+             "on: power on and release the brakes; off: power off; unlock: release a protective stop; observe: others "
+             "move the arm, and its planner only watches; command: its planner moves it again")
       ->required();
   command->footer(
+      "observe ends the goal of the arm: it brakes, then only reports its state, and other arms keep away from it. "
       "Look at the arm first: unlock releases a stop that the robot made by itself. The arm stays held until 'hecaton "
       "resume ARM'. No order is a safety function.");
   command->callback([&session, options] {

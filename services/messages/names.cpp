@@ -30,6 +30,8 @@ std::string text(ArmMode mode) {
       return "stopped";
     case ArmMode::ARM_FAILED:
       return "failed";
+    case ArmMode::ARM_OBSERVED:
+      return "observed";
   }
   return "unknown";
 }
@@ -42,6 +44,10 @@ std::string text(DeviceOrder order) {
       return "off";
     case DeviceOrder::DEVICE_UNLOCK:
       return "unlock";
+    case DeviceOrder::DEVICE_OBSERVE:
+      return "observe";
+    case DeviceOrder::DEVICE_COMMAND:
+      return "command";
   }
   return "unknown";
 }

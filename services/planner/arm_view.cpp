@@ -208,7 +208,7 @@ void ArmView::observe_lost(int index, const msg::LostArm& lost) {
   seen.qd = planner::JointVector::Zero(joints_[index]);
   seen.position_uncertainty = region.position_uncertainty;
   seen.age = 0.0;
-  seen.plans = false;
+  seen.plans = seen.foreign = false;
 }
 
 std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now, const CellModeView& mode) {
@@ -230,6 +230,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
     seen.plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
+    seen.foreign = received_[i]->mode == msg::ArmMode::ARM_OBSERVED;
   }
   return observations_;
 }

@@ -63,6 +63,7 @@ std::optional<msg::Cause> LivePlanner::hold(Clock::time_point now, const CellMod
     if (own_arm() && own_arm()->cause.kind() == CauseKind::CAUSE_DEVICE_FAILED) return own_arm()->cause;
     return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "the driver of arm " + name() + " sends no states");
   }
+  if (own_arm()->cause.kind() == CauseKind::CAUSE_OBSERVED) return own_arm()->cause;
   if (mode.order(name()) != msg::Mode::MODE_RUN) return mode.why(name());
   return missing_environment(now);
 }

@@ -227,7 +227,7 @@ void PlannerService::handle_goals(Clock::time_point now) {
   for (const GoalAnswer& answer : resolver_.answers()) goals_.answer(answer, now);
 
   if (!failover_.in_charge()) goals_.restart_waits(now);
-  end_goals_of_failed_device(now);
+  end_goals_without_device(now);
   if (failover_.in_charge() && stalled_.resolver) {
     goals_.reject_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *stalled_.resolver));
   }
@@ -238,13 +238,14 @@ void PlannerService::handle_goals(Clock::time_point now) {
   }
 }
 
-// A person resumes the arm, and does not know the goal that it had then. The driver reports a short fault for some
-// periods only, which a planner that stands still meanwhile does not receive; the hold lasts. Goals that are sent
-// during the hold stay.
-void PlannerService::end_goals_of_failed_device(Clock::time_point now) {
+// Others move an observed arm, so that no goal of it can be reached. A person resumes the arm, and does not know the
+// goal that it had then. The driver reports a short fault for some periods only, which a planner that stands still
+// meanwhile does not receive; the hold lasts. Goals that are sent during the hold stay.
+void PlannerService::end_goals_without_device(Clock::time_point now) {
   if (!failover_.in_charge()) return;
   const auto& own = planner_.own_arm();
-  if (own && device_fault(own->cause.kind())) goals_.end_all(own->cause, now);
+  if (own && (device_fault(own->cause.kind()) || own->cause.kind() == msg::CauseKind::CAUSE_OBSERVED))
+    goals_.end_all(own->cause, now);
   const CellModeView& mode = modes_.view();
   if (!mode.heard()) return;
   const bool held = is_held_for_device(mode.mode(), planner_.name());

@@ -123,7 +123,7 @@ class PlannerService {
   void run_period(Clock::time_point now);
   void check_threads(Clock::time_point now);
   void handle_goals(Clock::time_point now);
-  void end_goals_of_failed_device(Clock::time_point now);
+  void end_goals_without_device(Clock::time_point now);
   void plan(Clock::time_point now);
   void send_command(Clock::time_point now);
   void publish_statuses(Clock::time_point now);

@@ -216,9 +216,8 @@ DiagnosticStatus status_of(const ArmSnapshot& arm, bus::Clock::time_point now) {
     status.message = "the last state is " + decimals(age, "%.0f s") + " old";
     return status;
   }
-  status.level = state.mode() == msg::ArmMode::ARM_RUNNING  ? level::kOk
-                 : state.mode() == msg::ArmMode::ARM_FAILED ? level::kError
-                                                            : level::kWarn;
+  const bool as_meant = state.mode() == msg::ArmMode::ARM_RUNNING || state.mode() == msg::ArmMode::ARM_OBSERVED;
+  status.level = as_meant ? level::kOk : state.mode() == msg::ArmMode::ARM_FAILED ? level::kError : level::kWarn;
   status.message = state.cause().text().empty() ? mode : state.cause().text();
   if (arm.goal == nullptr) return status;
   const msg::GoalStatus& goal = *arm.goal;

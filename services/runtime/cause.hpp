@@ -37,7 +37,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::Caus
                 // missing inputs
                 "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
                 // commands and the device
-                "commands_ceased", "command_refused", "command_too_far", "device_failed",
+                "commands_ceased", "command_refused", "command_too_far", "device_failed", "observed",
                 // faults
                 "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
                 "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "checkpoint_lost",

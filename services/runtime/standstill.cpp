@@ -36,6 +36,8 @@ std::string drive_text(const msg::ArmState& state) {
       return with("driver has stopped", state.cause().text());
     case msg::ArmMode::ARM_FAILED:
       return with("drive failed", state.cause().text());
+    case msg::ArmMode::ARM_OBSERVED:
+      return with("observed", state.cause().text());
     case msg::ArmMode::ARM_RUNNING:
       break;
   }

@@ -240,6 +240,7 @@ std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDet
     const DriverLoss loss = detector.loss_of_driver(planned.arm.name);
     const auto* last = find(snapshot.arms, planned.arm.name);
     if (loss == DriverLoss::kNone || !last) continue;
+    if (last->value.mode() == msg::ArmMode::ARM_OBSERVED) continue;  // others may move it on
     const double braking_delay =
         loss == DriverLoss::kEnded ? braking_delay_of_dead(file) : braking_delay_of_cut_off(file);
     if (last->age(now) < braking_delay + planner::longest_stop_time(planned.arm.limits)) continue;

@@ -308,6 +308,60 @@ TEST(LatencyCompensationProperty, TwoArmsNeverTouchWhileTheirSpeedOverridesChang
   EXPECT_GT(smallest_of_duels(true, true), 0.02);  // dₛ is 0.03
 }
 
+/// A ball under its real controller, and one that a person moves with a share of its limits. The person moves it
+/// towards the first ball most of the time, and away again before that has no room left.
+double smallest_beside_a_guided_arm(bool known_as_foreign, double share, std::uint64_t seed) {
+  constexpr Limits kLimits{1.0, 8.0};
+  Random random(seed);
+  std::vector<Arm> arms;
+  for (const char* name : {"a", "guided"}) {
+    Arm arm = test::planar_point(name, kRadius);
+    arm.limits.velocity.setConstant(kLimits.speed);
+    arm.limits.acceleration.setConstant(kLimits.acceleration);
+    arms.push_back(arm);
+  }
+  LocalParameters parameters;
+  parameters.method = built_in_method("local");
+  parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
+  ArmController controller(CellGeometry(arms, 0), parameters, kPeriod, random.next());
+  ArmModel drive(arms[0].limits, joints({0.0, 0.0}), 0.05);
+  StateChannel<ArmObservation> channel({.age = 0.01, .jitter = 0.01, .loss = 0.1, .burst = 2.0}, random.next());
+  MeasuredState guided{joints({1.0, 0.3}), joints({0.0, 0.0})};
+  JointVector wanted = joints({0.0, 0.0});
+  double smallest = 10.0;
+  for (double now = 0.0; now < 20.0; now += kPeriod) {
+    if (random.uniform() < 0.05) {
+      const JointVector way = drive.q() - guided.q;
+      const bool away = drive.q().norm() > 1.5 || random.uniform() < 0.2;
+      wanted = (away ? -1.0 : 1.0) * way.normalized() * random.uniform(0.0, share * kLimits.speed);
+      controller.set_goal(joints({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)}));
+    }
+    const JointVector before = guided.qd;
+    const double change = share * kLimits.acceleration * kPeriod;
+    guided.qd += (wanted - before).cwiseMax(-change).cwiseMin(change);
+    guided.q += 0.5 * (before + guided.qd) * kPeriod;
+    ArmObservation state{guided.q, guided.qd, 0.0, true, false};
+    state.foreign = known_as_foreign;
+    channel.send(now, state);
+    channel.receive(now);
+    std::array<ArmObservation, 2> seen;
+    seen[1] = channel.newest();
+    if (channel.known()) seen[1].age = channel.age(now);
+    const TickResult result = controller.step(MeasuredState{drive.q(), drive.qd()}, seen, {}, false);
+    drive.command(result.q, result.qd, kPeriod);
+    drive.step(kPeriod);
+    smallest = std::min(smallest, (drive.q() - guided.q).norm() - 2.0 * kRadius);
+  }
+  return smallest;
+}
+
+TEST(LatencyCompensationProperty, ArmGivesWayToAnArmThatOthersMove) {
+  double smallest = 10.0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed)
+    smallest = std::min(smallest, smallest_beside_a_guided_arm(true, 0.4, seed));
+  EXPECT_GT(smallest, 0.0);
+}
+
 // Margins are functions of an old state, its age and the full limits. They hold for every history of overrides: they
 // shrink after the measured speed has fallen, and contain what the arm can gain by a higher order within the age.
 TEST(LatencyCompensationProperty, MarginsHoldForEverySpeedOverrideButNotForTrustedOrders) {

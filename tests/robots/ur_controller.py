@@ -623,6 +623,12 @@ class Orders:
         c.start("def other():\n  while True:\n    sync()\n  end\nend\n")
 
     @staticmethod
+    def jog(c, *q):
+        """A person moves the robot at the teach pendant; a program that runs ends."""
+        c.end_program()
+        c.joints.command = ([float(value) for value in q], 0.5)
+
+    @staticmethod
     def slider(c, fraction):
         c.slider = float(fraction)
 

@@ -73,6 +73,51 @@ TEST_F(UniversalRobotsCell, ReachesGoalsAndStopsUntilAPersonResumes) {
   EXPECT_NE(refused.err.find("arm west: its device takes no orders"), std::string::npos) << refused.err;
 }
 
+TEST_F(UniversalRobotsCell, LeavesAnArmToAPersonAndTakesItBack) {
+  reach("ready");
+  ASSERT_EQ(run({"goal", "north", "--named", "home"}).code, 0);
+  const Ran observe = run({"device", "north", "observe"});
+  ASSERT_EQ(observe.code, 0) << observe.err;
+  ASSERT_TRUE(until([&] { return arm()["state"]["mode"] == "observed"; })) << arm();
+  EXPECT_EQ(run({"wait", "north", "--for", "cancelled", "--timeout", "60s"}).code, 0);
+  ASSERT_TRUE(until([&] { return robot_->state()["runtime_state"] == 1; })) << "no program runs";
+  robot_->order("remote_control off");
+
+  const Ran refused = run({"goal", "north", "--named", "home", "--wait"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.out.find("others move it"), std::string::npos) << refused.err << refused.out;
+
+  // The person swings the robot towards the arms that work. Its driver dies and still commands nothing.
+  const std::vector<double> there{0.4, -1.2, 1.2, -1.5, -1.5, 0.3};
+  robot_->order("jog 0.4 -1.2 1.2 -1.5 -1.5 0.3");
+  for (const char* named : {"ready", "home"}) {
+    for (const char* other : {"west", "east"}) {
+      const Ran ran = run({"goal", other, "--named", named, "--wait", "--time-limit", "60s"});
+      EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+    }
+    EXPECT_TRUE(signal_process(static_cast<pid_t>(processes().at("driver/north")), SIGKILL));
+    ASSERT_TRUE(until([&] {
+      const Json now = arm();
+      return now["driver_alive"].get<bool>() && now["state"]["mode"] == "observed" && faults().empty();
+    })) << arm();
+    EXPECT_EQ(robot_->state()["runtime_state"], 1);
+  }
+  ASSERT_TRUE(until([&] { return robot_speed() < slow(); }));
+  const Json measured = arm()["state"]["q"];
+  for (int j = 0; j < 6; ++j) EXPECT_NEAR(measured[j].get<double>(), there[j], 1e-2) << j;
+  for (const Json& fault : json({"faults"})) EXPECT_NE(fault["kind"], "contact") << fault;
+
+  robot_->order("remote_control on");
+  robot_->order("forget");
+  ASSERT_EQ(run({"device", "north", "command"}).code, 0);
+  EXPECT_EQ(run({"device", "north", "command"}).code, 1) << "it is commanded already";
+  // On a busy machine the simulated controller may have stopped for so long that the arm is held.
+  EXPECT_EQ(run({"resume", "north"}).code, 0);
+  ASSERT_TRUE(until([&] { return arm()["state"]["mode"] == "running"; })) << arm();
+  EXPECT_LT(robot_->state()["first"].get<double>(), 1e-4);
+  reach("home");
+}
+
 TEST_F(UniversalRobotsCell, SlowsDownWithTheSpeedSlider) {
   reach("ready");
   robot_->order("slider 0.2");

@@ -2,10 +2,10 @@
 import type { ArmStatus, Fault, StatusMessage } from "./protocol";
 
 /** The state of an arm for people. Each has its own colour and its own mark, so that neither is needed alone. */
-export type ArmState = "moving" | "waiting" | "idle" | "held" | "stopped" | "fault" | "lost" | "stale";
+export type ArmState = "moving" | "waiting" | "idle" | "held" | "stopped" | "fault" | "lost" | "stale" | "observed";
 
 export const MARKS: Record<ArmState, string> = {
-  moving: "●", waiting: "◆", idle: "○", held: "‖", stopped: "■", fault: "▲", lost: "✕", stale: "◌",
+  moving: "●", waiting: "◆", idle: "○", held: "‖", stopped: "■", fault: "▲", lost: "✕", stale: "◌", observed: "◇",
 };
 
 const FAULT_DRIVES = new Set(["failed"]);
@@ -17,6 +17,7 @@ export function stateOf(arm: ArmStatus, age: number): ArmState {
   if (arm.lost) return "lost";
   if (!(age <= STALE_AGE)) return "stale";
   if (arm.drive !== null && FAULT_DRIVES.has(arm.drive)) return "fault";
+  if (arm.drive === "observed") return "observed";
   if (arm.mode === "stop") return "stopped";
   if (arm.mode === "hold" || arm.mode === "unknown") return "held";
   if (arm.waiting === null) return "moving";

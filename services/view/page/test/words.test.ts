@@ -17,6 +17,7 @@ test("each state of an arm has its word", () => {
   assert.equal(stateOf(arm({ mode: "unknown" }), 10), "held");
   assert.equal(stateOf(arm({ mode: "stop" }), 10), "stopped");
   assert.equal(stateOf(arm({ drive: "failed" }), 10), "fault");
+  assert.equal(stateOf(arm({ drive: "observed", mode: "hold" }), 10), "observed");
 });
 
 test("a lost or stale arm is not called moving", () => {

@@ -30,6 +30,12 @@ TEST(Extrapolated, PlannedArmKeepsItsVelocityWithinPositionLimits) {
   EXPECT_EQ(now.age, 0.1);
 }
 
+TEST(Extrapolated, ArmThatOthersMoveKeepsItsVelocityWithinPositionLimits) {
+  ArmObservation seen{joints({1, 2.99}), joints({-0.4, 0.2}), 0.1, true, false};
+  seen.foreign = true;
+  EXPECT_NEAR((brought_forward(kLimits, seen).q - joints({0.96, 3.0})).norm(), 0.0, 1e-12);
+}
+
 TEST(Extrapolated, UnplannedArmFollowsItsStopProfile) {
   // T = 0.4/4 = 0.1 s. After 0.05 s: half the speed, 0.4 · (0.05 − 0.0125) = 0.015 m on.
   const ArmObservation half = brought_forward(kLimits, {joints({1, 0}), joints({-0.4, 0.2}), 0.05, true, false});

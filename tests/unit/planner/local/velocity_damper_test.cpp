@@ -65,6 +65,16 @@ TEST_F(VelocityDamper, UnplannedArmCountsAsAnObstacle) {
   EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.8 - 0.3, 1e-12);
 }
 
+// It keeps no damper: after 0.2 s of its 4 m/s² it may be 0.08 m nearer, all that remained before dₛ.
+TEST_F(VelocityDamper, ArmThatOthersMoveMayUseItsWholeAcceleration) {
+  observations[1].plans = false;
+  observations[1].foreign = true;
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.8 - 0.3, 1e-12);
+  observations[1].qd.setZero();
+  observations[1].age = 0.2;
+  EXPECT_NEAR(row(Counterpart::kArm, 1).h, 0.0, 1e-12);
+}
+
 TEST_F(VelocityDamper, OldArmStateUsesLeastDistance) {
   // The arm was at rest 0.2 s ago and may have approached with k/2 x since: 0.08 e^(−1) remain before dₛ. The bound
   // from 4 m/s² alone would be smaller.

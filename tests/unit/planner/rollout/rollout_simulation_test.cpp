@@ -69,6 +69,20 @@ TEST(RolloutSimulation, ReportsWhenAnArmReachesItsGoal) {
   EXPECT_EQ(cell.reached(0), first);
 }
 
+TEST(RolloutSimulation, ArmThatOthersMoveGoesOnToItsLimit) {
+  RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
+  RolloutArm arm = on_the_way(joints({2.9, 0}), joints({0, 0}));
+  arm.plans = false;
+  arm.foreign = true;
+  arm.qd = joints({0.5, 0.1});
+  cell.begin(std::array{arm}, {});
+  cell.step();
+  EXPECT_NEAR((cell.arm(0).q - joints({2.91, 0.002})).norm(), 0.0, 1e-12);
+  for (int k = 0; k < 19; ++k) cell.step();
+  EXPECT_NEAR((cell.arm(0).q - joints({3.0, 0.04})).norm(), 0.0, 1e-12);
+  EXPECT_EQ(cell.arm(0).qd, joints({0.0, 0.1}));
+}
+
 TEST(RolloutSimulation, UnplannedArmStandsStill) {
   RolloutSimulation cell({test::planar_point()}, {LocalParameters{}}, kStep);
   RolloutArm arm = on_the_way(joints({0, 0}), joints({0.5, 0}));

@@ -319,6 +319,73 @@ TEST_F(ArmControlTest, FailsWhenTheMeasuredStateIsOldOrNotFinite) {
   EXPECT_EQ(text(), "the device measures a value that is not finite");
 }
 
+TEST_F(ArmControlTest, LeavesTheArmToOthersOnceItHasStopped) {
+  run();
+  control_.set_observed(true);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_BRAKING);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_OBSERVED);
+  EXPECT_TRUE(device_.active) << "it follows the stop profile to its end";
+  wait(0.06);
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_OBSERVED);
+  EXPECT_FALSE(device_.active);
+  const double stands = q();
+  for (int k = 0; k < 20; ++k) plan();
+  EXPECT_EQ(last_.verdict, Verdict::kAccepted) << "its planner learns that the driver hears it";
+  EXPECT_EQ(q(), stands);
+  // A teach pendant switches remote control off and stops programs: that is what observing is for.
+  for (const DeviceMode mode : {DeviceMode::kRemoteControlOff, DeviceMode::kProtectiveStop, DeviceMode::kNotReady}) {
+    device_.mode = mode;
+    period();
+    EXPECT_EQ(control_.mode(), ArmMode::ARM_OBSERVED);
+    EXPECT_EQ(kind(), CauseKind::CAUSE_OBSERVED);
+  }
+  device_.mode = DeviceMode::kReady;
+  wait(0.1);
+  EXPECT_FALSE(device_.active);
+  control_.set_observed(false);
+  period();
+  EXPECT_TRUE(device_.active);
+  EXPECT_EQ(device_.first_set_point, q());
+  q_ = q();
+  plan();
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_RUNNING);
+}
+
+TEST_F(ArmControlTest, HoldsAnArmThatIsGivenBackWhileItsDeviceIsStopped) {
+  run();
+  control_.set_observed(true);
+  wait(0.1);
+  device_.mode = DeviceMode::kRemoteControlOff;
+  device_.text = "switch it to remote control";
+  period();
+  control_.set_observed(false);
+  period();
+  EXPECT_EQ(kind(), CauseKind::CAUSE_REMOTE_CONTROL_OFF);
+  EXPECT_FALSE(device_.active);
+}
+
+TEST_F(ArmControlTest, FailsWhenAnObservedArmIsNotMeasured) {
+  ArmControl control({"arm1", limits(), kTimeout, kPeriod, 12ms, {}, true}, device_);
+  const auto period = [&] {
+    now_ += kPeriod;
+    control.read(now_);
+    control.set_hold({});
+    control.write();
+  };
+  period();
+  EXPECT_EQ(control.mode(), ArmMode::ARM_OBSERVED) << "from the start";
+  EXPECT_FALSE(device_.active);
+  device_.mode = DeviceMode::kNotReady;
+  device_.age = 60ms;
+  period();
+  EXPECT_EQ(control.mode(), ArmMode::ARM_FAILED) << "other arms avoid it by its state, also when the device is off";
+  EXPECT_EQ(control.cause().text(), "the device's state is 60 ms old (limit 50 ms, timing.command_timeout)");
+  device_.age = 0ms;
+  for (int k = 0; k < 600; ++k) period();
+  EXPECT_EQ(control.mode(), ArmMode::ARM_OBSERVED);
+  EXPECT_EQ(control.cause().kind(), CauseKind::CAUSE_OBSERVED);
+}
+
 TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
   run();
   device_.text = "protective stop: release it at the pendant";

@@ -149,6 +149,19 @@ TEST_F(ArmViewTest, CountsOnlyRunningArmsAsAvoiding) {
   }
 }
 
+TEST_F(ArmViewTest, KnowsAnArmThatOthersMove) {
+  msg::ArmState message = state("arm2", 1);
+  message.mode(msg::ArmMode::ARM_OBSERVED);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_TRUE(view_.observe(now_, mode())[1].foreign);
+  EXPECT_FALSE(view_.observe(now_, mode())[1].plans);
+  EXPECT_TRUE(view_.observe(now_, mode({"arm2"}))[1].foreign) << "no hold of the cell stops it";
+  message = state("arm2", 2);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_FALSE(view_.observe(now_, mode())[1].foreign);
+  EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
+}
+
 TEST_F(ArmViewTest, DropsOldStatesButNotThoseOfARestartedDriver) {
   EXPECT_EQ(view_.apply(state("arm1", 9, 0.9), {}, now_), std::nullopt);
   EXPECT_EQ(view_.apply(state("arm1", 8, 0.8), {}, now_), std::nullopt);
