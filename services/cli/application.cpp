@@ -34,6 +34,7 @@ void add_commands(CLI::App& app, Session& session) {
   add_record(app, session);
   add_bag(app, session);
   add_replay(app, session);
+  add_render(app, session);
   add_explain(app, session);
   add_goal(app, session);
   add_wait(app, session);

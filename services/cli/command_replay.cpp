@@ -12,8 +12,8 @@
 #include <arpa/inet.h>
 
 #include "services/cli/commands.hpp"
+#include "services/cli/opened_recording.hpp"
 #include "services/command_line/document.hpp"
-#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
@@ -35,44 +35,6 @@ struct Options {
   std::string arm;
 };
 
-/// A recording that was opened.
-struct Opened {
-  explicit Opened(const std::vector<std::string>& paths)
-      : files(replay::read_recorded_files(paths)), index(indexed(paths, files.cell)), cell(index) {}
-
-  static replay::RecordingIndex indexed(const std::vector<std::string>& paths, const config::CellFile& file) {
-    Progress progress;
-    return replay::index_recording(
-        paths, file, [&](double share) { progress.show("reading " + paths.front(), share * 100.0, 100.0, "%"); });
-  }
-  [[nodiscard]] double length() const { return std::chrono::duration<double>(index.end - index.begin).count(); }
-
-  replay::RecordedFiles files;
-  replay::RecordingIndex index;
-  replay::RecordedCell cell;
-};
-
-/// Throws Failure (bad input).
-std::unique_ptr<Opened> open(const std::vector<std::string>& paths) {
-  try {
-    auto opened = std::make_unique<Opened>(paths);
-    for (const std::string& note : opened->index.notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
-    return opened;
-  } catch (const std::runtime_error& error) {
-    throw Failure(ExitCode::kBadInput, error.what());
-  }
-}
-
-/// Throws Failure (bad input) for a time outside of the recording.
-bus::Clock::time_point time_in(const Opened& recording, double at) {
-  if (at > recording.length()) {
-    throw Failure(ExitCode::kBadInput, "--at " + decimal_text(at, 3) +
-                                           " is behind the end of the recording, which has " +
-                                           decimal_text(recording.length(), 3) + " s");
-  }
-  return recording.index.begin + std::chrono::duration_cast<bus::Clock::duration>(std::chrono::duration<double>(at));
-}
-
 void require_address(const std::string& listen) {
   in_addr parsed{};
   if (inet_pton(AF_INET, listen.c_str(), &parsed) == 1) return;
@@ -83,9 +45,9 @@ void require_address(const std::string& listen) {
 
 ExitCode run_replay(const Options& options) {
   require_address(options.listen);
-  const std::unique_ptr<Opened> recording = open(options.files);
+  const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
   replay::Replay replay(recording->cell);
-  replay.seek(time_in(*recording, options.at));
+  replay.seek(time_in(*recording, options.at, "--at"));
   const ShutdownSignal shutdown(ShutdownSignal::Second::kEndsProcess);
   try {
     replay::ReplayService service(recording->files, replay, options.listen, static_cast<std::uint16_t>(options.port),
@@ -104,7 +66,7 @@ ExitCode run_replay(const Options& options) {
 }
 
 ExitCode run_explain(const Settings& settings, const Options& options) {
-  const std::unique_ptr<Opened> recording = open(options.files);
+  const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
   std::string names;
   bool known = false;
   for (const planner::PlannedArm& planned : recording->files.cell.cell.arms) {
@@ -115,7 +77,7 @@ ExitCode run_explain(const Settings& settings, const Options& options) {
     throw Failure(ExitCode::kBadInput,
                   "--arm '" + config::printable(options.arm) + "' must be an arm of the recording: " + names);
   }
-  const auto time = time_in(*recording, options.at);
+  const auto time = time_in(*recording, options.at, "--at");
   recording->cell.move_to(time);
   const std::vector<std::string> sentences = replay::explain(recording->cell.state(), options.arm, time);
   std::string table;

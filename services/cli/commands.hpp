@@ -36,6 +36,7 @@ void add_firewall(CLI::App& app, Session& session);
 void add_bag(CLI::App& app, Session& session);  ///< bag info, bag export
 void add_replay(CLI::App& app, Session& session);
 void add_explain(CLI::App& app, Session& session);
+void add_render(CLI::App& app, Session& session);
 
 /// Asks for the arms of `hecaton init` until an empty name ends the list; answers that are no arm are explained and
 /// asked again. Returns words for parse_draft_arm(), at least one. Throws Failure (usage) when the input ends earlier.

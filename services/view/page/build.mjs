@@ -22,12 +22,14 @@ if (words.includes("--tests")) {
   process.exit();
 }
 
-await build({ ...common, entryPoints: ["src/main.ts"], outfile: "dist/page.js", format: "esm", minify: true,
-              legalComments: "none" });
+// What only `hecaton render` needs is a file of its own.
+const script = { ...common, format: "esm", minify: true, legalComments: "none" };
+await build({ ...script, entryPoints: ["src/main.ts"], outfile: "dist/page.js", external: ["./picture.js"] });
+await build({ ...script, entryPoints: ["src/picture.ts"], outfile: "dist/picture.js" });
 await build({ ...common, entryPoints: ["src/page.css"], outfile: "dist/page.css", minify: true });
 
 // What the bundle contains of others, with their licenses: their authors ask for it.
-const licenses = ["three", "urdf-loader", "uplot"].map((name) => {
+const licenses = ["three", "urdf-loader", "uplot", "mediabunny"].map((name) => {
   const { version, license } = JSON.parse(readFileSync(`node_modules/${name}/package.json`, "utf8"));
   const text = `node_modules/${name}/LICENSE`; // urdf-loader has none: its license is that of Hecaton
   return `${name} ${version} (${license})\n\n${existsSync(text) ? readFileSync(text, "utf8") : ""}`;
@@ -35,6 +37,7 @@ const licenses = ["three", "urdf-loader", "uplot"].map((name) => {
 const files = [
   ["/index.html", "text/html; charset=utf-8", readFileSync("src/index.html")],
   ["/page.js", "text/javascript; charset=utf-8", readFileSync("dist/page.js")],
+  ["/picture.js", "text/javascript; charset=utf-8", readFileSync("dist/picture.js")],
   ["/page.css", "text/css; charset=utf-8", readFileSync("dist/page.css")],
   ["/licenses.txt", "text/plain; charset=utf-8", Buffer.from(licenses.join("\n\n"))],
 ];

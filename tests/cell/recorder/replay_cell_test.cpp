@@ -4,6 +4,9 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -64,6 +67,8 @@ struct Recorded {
     }
     return found;
   }
+
+  [[nodiscard]] double length() const { return static_cast<double>(end - begin) * 1e-9; }  ///< [s]
 
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
@@ -250,6 +255,73 @@ TEST_F(ReplayedCell, IsPlayedInABrowser) {
   const std::string url = "http://127.0.0.1:" + std::to_string(port_in(server->out())) + "/";
   Process test({node, page + "/test/replay.mjs", url, browser});
   EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST_F(ReplayedCell, IsDrawnAsPicturesAndAsAFilm) {
+  HECATON_NEED_FILES({"/usr/bin/chromium"});
+  record();
+  const double length = Recorded(path_).length();
+  const auto render = [&](const std::string& file, std::vector<std::string> more) {
+    std::vector<std::string> words{"render", path_, "-o", folder_.path(file), "--width", "320", "--height", "200"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Ran ran = run_hecaton(words);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    return content_of(folder_.path(file));
+  };
+  const std::string early = render("early.png", {"--at", std::to_string(0.3 * length)});
+  const std::string late = render("late.png", {"--at", std::to_string(0.9 * length), "--layers", "trails,goals"});
+  const std::string size("\x00\x00\x01\x40\x00\x00\x00\xc8", 8);  // 320 × 200, big-endian
+  for (const std::string& picture : {early, late}) {
+    EXPECT_EQ(picture.substr(0, 4), "\x89PNG");
+    EXPECT_EQ(picture.substr(16, 8), size);
+  }
+  EXPECT_NE(early, late) << "the arms have moved";
+  EXPECT_EQ(render("again.png", {"--at", std::to_string(0.3 * length)}), early)
+      << "the same time gives the same picture";
+  const std::string film = render("film.webm", {"--at", "1", "--duration", "1", "--fps", "5"});
+  EXPECT_EQ(film.substr(0, 4), "\x1a\x45\xdf\xa3") << "the begin of a Matroska file";
+  EXPECT_NE(film.find("webm"), std::string::npos);
+  EXPECT_NE(film.find("V_VP9"), std::string::npos);
+}
+
+TEST(Render, DrawsACellAsItStarts) {
+  HECATON_NEED_FILES({"/usr/bin/chromium"});
+  const TemporaryFolder folder;
+  const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+  const std::string file = folder.write("cell.png", "the former picture");
+  const Ran ran = run_hecaton({"render", cell, "-o", file, "--width", "320", "--height", "200", "--view", "top"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_EQ(content_of(file).substr(0, 4), "\x89PNG");
+}
+
+TEST(Render, SaysWhatItNeeds) {
+  const TemporaryFolder folder;
+  const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+  const std::string recording = folder.write("text.mcap", "no recording");
+  const auto refused = [&](std::vector<std::string> words, int code, const std::string& part) {
+    words.insert(words.begin(), "render");
+    const Ran ran = run_hecaton(std::move(words));
+    EXPECT_EQ(ran.code, code) << ran.err;
+    EXPECT_NE(ran.err.find(part), std::string::npos) << ran.err;
+  };
+  refused({cell}, 2, "-o");
+  refused({cell, "-o", "cell.gif"}, 3, "must end in .png for a picture or in .webm for a film");
+  refused({cell, "-o", "cell.webm"}, 3, "record the cell, and render the recording");
+  refused({cell, "-o", "cell.png", "--at", "1"}, 3, "record the cell");
+  refused({cell, cell, "-o", "cell.png"}, 3, "one cell file");
+  refused({cell, "-o", "cell.png", "--layers", "ghosts"}, 2, "ghosts");
+  refused({recording, "-o", "x.png", "--duration", "1"}, 3, "--duration is for films");
+  refused({recording, "-o", "x.webm", "--fps", "0"}, 3, "--fps");
+  const char* path = std::getenv("PATH");
+  const std::string former = path == nullptr ? "" : path;
+  setenv("PATH", folder.path("").c_str(), 1);
+  refused({cell, "-o", folder.path("x.png")}, 3, "install chromium");
+  setenv("PATH", former.c_str(), 1);
 }
 
 TEST(Replay, SaysWhatItNeeds) {

@@ -8,7 +8,17 @@ import type { FrameMessage, Message, ObstaclesMessage, StatusMessage } from "./p
 import { CellScene, type Preset, type Toggles } from "./scene";
 import { Timeline } from "./timeline";
 
-const scene = new CellScene(byId("scene"));
+// `hecaton render` opens the page for a picture of the scene alone.
+const query = new URLSearchParams(location.search);
+const forPictures = query.has("picture");
+if (forPictures) {
+  document.documentElement.classList.add("picture");
+  // The window of a browser is smaller than it was asked to be.
+  byId("scene").style.width = `${query.get("width")}px`;
+  byId("scene").style.height = `${query.get("height")}px`;
+}
+
+const scene = new CellScene(byId("scene"), forPictures);
 const panel = new Panel();
 const plots = new Plots(byId("plots"));
 const timeline = new Timeline(byId("replay"));
@@ -276,6 +286,17 @@ setInterval(() => {
 
 showTheme();
 connection.open();
+if (forPictures) {
+  void import("./picture.js").then(({ takePicture }) => takePicture({
+    scene, connection, show(wanted, preset, isDark) {
+      Object.assign(toggles, wanted);
+      scene.setToggles(toggles);
+      scene.look(preset);
+      dark = isDark;
+      showTheme();
+    },
+  }));
+}
 
 // For tests: what the page shows, in numbers.
 Object.assign(window, { hecaton: { scene, select, timeline, orders } });

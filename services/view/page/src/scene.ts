@@ -76,9 +76,12 @@ export class CellScene {
   private rate = 1; // of the time that the frames show
   private leaps = 0; // of that time
   private obstacleAge = Number.POSITIVE_INFINITY; // in the last frame
+  /** The meshes of all arms are there, or cannot be loaded. */
+  loading: Promise<unknown> = Promise.resolve();
 
-  constructor(private readonly host: HTMLElement) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true });
+  constructor(private readonly host: HTMLElement, private readonly forPictures = false) {
+    // A picture is taken from the canvas some time after it was drawn.
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: forPictures });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     host.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
@@ -108,6 +111,7 @@ export class CellScene {
     this.arms.clear();
     this.clock.reset();
     this.floor = cell.floor;
+    const loading: Promise<void>[] = [];
     cell.arms.forEach((arm, index) => {
       const figure = new ArmFigure(arm, index, this.scene);
       const trail = new THREE.Line(
@@ -123,10 +127,11 @@ export class CellScene {
       figure.showLayers(this.toggles);
       this.arms.set(arm.name, entry);
       if (arm.urdf !== null) {
-        loadVisuals(arm.urdf).then((visuals) => figure.addVisuals(visuals),
-          (error) => console.warn(`arm ${arm.name} is drawn by its collision shapes: ${String(error)}`));
+        loading.push(loadVisuals(arm.urdf).then((visuals) => figure.addVisuals(visuals),
+          (error) => console.warn(`arm ${arm.name} is drawn by its collision shapes: ${String(error)}`)));
       }
     });
+    this.loading = Promise.all(loading);
     this.layGrid();
     this.look("free");
   }
@@ -141,7 +146,7 @@ export class CellScene {
   private forgetMotion(): void {
     for (const entry of this.arms.values()) {
       entry.track = new Track();
-      entry.trailCount = 0;
+      if (!this.forPictures) entry.trailCount = 0;
       entry.figure.move(entry.figure.arm.start);
     }
     for (const entry of this.obstacles.values()) entry.track = new PoseTrack();
@@ -291,6 +296,18 @@ export class CellScene {
     return [((point.x + 1) / 2) * this.host.clientWidth, ((1 - point.y) / 2) * this.host.clientHeight];
   }
 
+  // --- pictures
+
+  /** From now on it draws only on request. */
+  beginPictures(): void {
+    this.renderer.setAnimationLoop(null);
+    this.resize();
+  }
+  drawPicture(): HTMLCanvasElement {
+    this.draw();
+    return this.renderer.domElement;
+  }
+
   // --- one frame
 
   private draw(): void {
@@ -322,7 +339,7 @@ export class CellScene {
   private annotate(server: number): void {
     const text = this.dark ? "#e6e8ea" : "#1b1e22";
     const background = this.dark ? "rgba(30,34,39,0.75)" : "rgba(255,255,255,0.8)";
-    const addTrail = server - this.lastTrail > 33 && this.rate > 0;
+    const addTrail = this.forPictures || (server - this.lastTrail > 33 && this.rate > 0);
     if (addTrail) this.lastTrail = server;
     for (const [name, entry] of this.arms) {
       entry.name.sprite.visible = this.toggles.names && (entry.visible || name === this.selected);
