@@ -56,6 +56,7 @@ ViewService::ViewService(const config::CellFile& file, const ServiceOptions& opt
       foxglove_(feed_, file, drawings_, {std::move(foxglove_origins), foxglove_orders()}),
       token_(orders.control ? random_token() : std::string()),
       orders_(make_orders(file, options, orders, token_)) {
+  if (orders.control) preview_.emplace(file.cell);
   web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
   web_.left = [this](const WebClient& page) { orders_->left(page); };
   web_.protocol = foxglove_.protocol();
@@ -110,6 +111,13 @@ void ViewService::answer_pages() {
   if (!server_) return;
   for (const auto& [page, reply] : orders_->take_replies()) server_->send(page, reply);
   if (const auto control = orders_->take_control_change()) server_->publish(Channel::kControl, *control);
+  if (preview_) answer_previews();
+}
+
+void ViewService::answer_previews() {
+  if (const auto answer = preview_->take_answer()) server_->send(answer->page, preview_json(file_.cell, *answer));
+  if (!preview_->ready(loop_.now())) return;  // the question waits, and a newer one replaces it
+  if (auto question = orders_->take_preview()) preview_->ask(std::move(*question), PreviewScene::of(feed_.state()));
 }
 
 void ViewService::listen(bus::Clock::time_point now) {

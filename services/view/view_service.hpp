@@ -13,6 +13,7 @@
 #include "services/runtime/shutdown.hpp"
 #include "services/view/arm_drawing.hpp"
 #include "services/view/foxglove/cell_server.hpp"
+#include "services/view/goal_preview.hpp"
 #include "services/view/live_feed.hpp"
 #include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
@@ -47,6 +48,7 @@ class ViewService {
   [[nodiscard]] foxglove::OrderReceiver foxglove_orders();
   void listen(bus::Clock::time_point now);
   void answer_pages();
+  void answer_previews();
   void publish_heartbeat();
 
   const config::CellFile& file_;
@@ -60,6 +62,7 @@ class ViewService {
   foxglove::CellServer foxglove_;
   std::string token_;  // of control; empty: no page may control
   std::unique_ptr<Orders> orders_;
+  std::optional<GoalPreview> preview_;  // of a view that has control
   std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use
   std::string refusal_;                 // why
   bus::Clock::time_point listen_at_{};

@@ -25,6 +25,14 @@ export class OrdersPanel {
   /** Where a new obstacle appears [m]. */
   placeForObstacle: () => [number, number, number] = () => [0, 0, 0];
   onRotation: (rotates: boolean) => void = () => {};
+  /** Begins or ends the drag of a goal of the selected arm. */
+  onDrag: () => void = () => {};
+  /** The dragged goal shall become an order. */
+  onGo: () => void = () => {};
+  private readonly drag: HTMLButtonElement;
+  private readonly go: HTMLButtonElement;
+  private readonly turns: HTMLButtonElement[] = []; // each of them rotates both gizmos
+  private readonly draftText = document.createElement("p");
   private obstacle: string | null = null;
   private readonly forObstacle = document.createElement("div");
   private readonly obstacleName = document.createElement("strong");
@@ -64,7 +72,19 @@ export class OrdersPanel {
       const goal = this.goal();
       if (this.arm !== null && goal) book.give({ op: "cancel", arm: this.arm, goal }, `cancel the goal of ${this.arm}`);
     });
+    const dragRow = this.row(this.forArm);
+    this.drag = this.button(dragRow, "Drag a goal", () => this.onDrag());
+    this.drag.title = "Shows a ghost of the arm with a gizmo at its tool (D). Nothing moves until you press Go there.";
+    this.drag.id = "draggoal";
+    this.turns.push(this.button(dragRow, "Rotate", () => this.rotate()));
+    this.go = this.button(dragRow, "Go there", () => this.onGo());
+    this.go.title = "The arm goes to its ghost (Enter)";
+    this.go.id = "gothere";
+    this.draftText.id = "drafttext";
+    this.draftText.setAttribute("role", "status");
+    this.forArm.append(this.draftText);
     this.addObstacleRows();
+    this.showDraft(null, "", false, false);
     const note = document.createElement("p");
     note.className = "dim";
     note.textContent = "Stop is an order over the network, not a safety function. In danger press the emergency stop of the robot.";
@@ -97,11 +117,7 @@ export class OrdersPanel {
   private addObstacleRows(): void {
     const chosen = this.row(this.forObstacle);
     chosen.append(this.obstacleName);
-    const turn = this.button(chosen, "Rotate", () => {
-      const rotates = turn.getAttribute("aria-pressed") !== "true";
-      turn.setAttribute("aria-pressed", String(rotates));
-      this.onRotation(rotates);
-    });
+    this.turns.push(this.button(chosen, "Rotate", () => this.rotate()));
     this.button(chosen, "Remove", () => {
       if (this.obstacle !== null) this.book.give({ op: "obstacle_remove", name: this.obstacle }, `remove ${this.obstacle}`);
     }).className = "warn";
@@ -124,6 +140,22 @@ export class OrdersPanel {
       const order: Order = { op: "obstacle_add", name: name.value.trim(), shape: { kind, size }, pose: [x, y, z, 0, 0, 0, 1] };
       this.book.give(order, `add ${name.value.trim()}`);
     });
+  }
+
+  /** The gizmo rotates, or moves again. */
+  rotate(): void {
+    const rotates = this.turns[0].getAttribute("aria-pressed") !== "true";
+    for (const turn of this.turns) turn.setAttribute("aria-pressed", String(rotates));
+    this.onRotation(rotates);
+  }
+
+  /** `arm`: whose goal is dragged; null: none. */
+  showDraft(arm: string | null, text: string, blocked: boolean, mayGo: boolean): void {
+    this.drag.setAttribute("aria-pressed", String(arm !== null));
+    this.turns[0].hidden = this.go.hidden = this.draftText.hidden = arm === null;
+    this.go.disabled = !mayGo;
+    if (this.draftText.textContent !== text) this.draftText.textContent = text;
+    this.draftText.dataset.state = blocked ? "fault" : "idle";
   }
 
   /** The selected arm's present goal. */
