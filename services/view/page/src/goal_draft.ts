@@ -3,7 +3,8 @@
 import type { Order, Pose, PreviewMessage, Sent } from "./protocol";
 
 const PERIOD = 50; // between two questions [ms]
-const PATIENCE = 1000; // for an answer; then the newest pose is asked again [ms]
+const REFRESH = 500; // after it, the newest pose is asked again: obstacles and other arms move [ms]
+const PATIENCE = 1000; // for an answer [ms]
 
 export class GoalDraft {
   onChange: () => void = () => {};
@@ -45,9 +46,10 @@ export class GoalDraft {
 
   /** Call it often. Asks for the newest pose when that is due. */
   ask(): void {
-    if (this.name === null || this.pose === null || this.pose === this.answered) return;
+    if (this.name === null || this.pose === null) return;
     const now = this.clock();
-    if (now - this.lastAsked < PERIOD || (this.asked !== null && now - this.asked.at < PATIENCE)) return;
+    if (now - this.lastAsked < (this.settled ? REFRESH : PERIOD)) return;
+    if (this.asked !== null && now - this.asked.at < PATIENCE) return;
     const id = --this.ids;
     if (!this.send({ op: "preview", id, arm: this.name, pose: this.pose, start: [...this.q] })) return;
     this.asked = { id, pose: this.pose, at: now };

@@ -1,5 +1,6 @@
 /// Connects the stream with the scene and the panels, and handles keys.
 import { Connection } from "./connection";
+import { DraftBar } from "./draft_bar";
 import { GoalDraft } from "./goal_draft";
 import { OrderBook, tokenIn } from "./orders";
 import { OrdersPanel } from "./orders_panel";
@@ -203,12 +204,11 @@ scene.ghost.onDrop = (name, pose) => {
   if (!orders.give({ op: "obstacle_move", name, pose }, `move ${name}`)) scene.ghost.cancel();
 };
 ordersPanel.placeForObstacle = () => scene.centre;
-ordersPanel.onRotation = (rotates) => scene.setRotation(rotates);
-actions.set("r", () => ordersPanel.rotate());
 
 // --- the goal that is dragged
 
 const draft = new GoalDraft((message) => connection.send(message), () => performance.now());
+const draftBar = new DraftBar(byId("draft"), draft);
 setInterval(() => draft.ask(), 50);
 let drafted: string | null = null; // the arm that the scene shows a gizmo for
 draft.onChange = () => {
@@ -217,7 +217,8 @@ draft.onChange = () => {
     scene.dragGoal(drafted);
   }
   if (drafted !== null) scene.showDraft(draft.q, draft.blocked ? "blocked" : draft.near ? "near" : "free");
-  ordersPanel.showDraft(draft.arm, draft.sentence, draft.blocked, draft.mayGo);
+  ordersPanel.setDrag(drafted !== null);
+  draftBar.show();
 };
 scene.onTool = (pose) => draft.move(pose);
 
@@ -238,7 +239,17 @@ function goThere(): void {
 }
 actions.set("d", toggleDraft);
 ordersPanel.onDrag = toggleDraft;
-ordersPanel.onGo = goThere;
+draftBar.onGo = goThere;
+
+let rotates = false; // the gizmo
+function rotate(): void {
+  rotates = !rotates;
+  scene.setRotation(rotates);
+  ordersPanel.setRotation(rotates);
+  draftBar.setRotation(rotates);
+}
+actions.set("r", rotate);
+draftBar.onRotate = ordersPanel.onRotate = rotate;
 
 /** The keys of a recording. */
 function addReplayKeys(): void {

@@ -256,7 +256,15 @@ export class CellScene {
   get draftColour(): string | null {
     return (this.dragged === null ? null : this.arms.get(this.dragged)?.figure.draftColour) ?? null;
   }
-  /** Where the tool is wanted [m, unit quaternion]. For tests. */
+  /** The tool of an arm as it is drawn, in W. For tests. */
+  toolOf(arm: string): Pose | null {
+    const matrix = this.arms.get(arm)?.figure.toolMatrix();
+    if (!matrix) return null;
+    const [p, q] = [new THREE.Vector3(), new THREE.Quaternion()];
+    matrix.decompose(p, q, new THREE.Vector3());
+    return [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+  }
+  /** Where the tool is wanted. For tests. */
   get wantedTool(): Pose {
     return this.tool.pose;
   }
@@ -466,10 +474,14 @@ export class CellScene {
   private listenForSelection(): void {
     const canvas = this.renderer.domElement;
     let pressed: [number, number] = [0, 0];
-    canvas.addEventListener("pointerdown", (event) => (pressed = [event.clientX, event.clientY]));
+    let onGizmo = false;
+    canvas.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+      onGizmo = this.ghost.gizmo.touched || this.tool.touched;
+    });
     canvas.addEventListener("pointerup", (event) => {
       if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 5) return; // the camera was turned
-      if (this.ghost.gizmo.touched || this.tool.touched) return;
+      if (onGizmo) return;
       const place = canvas.getBoundingClientRect();
       const point = new THREE.Vector2(((event.clientX - place.left) / place.width) * 2 - 1,
                                       1 - ((event.clientY - place.top) / place.height) * 2);
