@@ -237,7 +237,7 @@ PreviewAnswer PreviewSolver::answer(const PreviewQuestion& question, const Previ
   const planner::Arm& arm = geometry_->own_arm();
   const auto& present = scene.q[static_cast<std::size_t>(arm_)];
   if (question.start.size() == 0 && !present) {
-    answer.text = "the page server has received no state of arm " + arm.name;
+    answer.text = "the view has received no state of arm " + arm.name;
     return answer;
   }
   const JointVector start = question.start.size() > 0 ? question.start : *present;

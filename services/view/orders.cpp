@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <sys/random.h>
-
 #include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
 
@@ -15,7 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 using view::Json;
 
-constexpr std::size_t kTokenBytes = 32;
 constexpr std::size_t kMostWaiting = 32;    // orders in a queue
 constexpr std::size_t kMostReplies = 4096;  // that no server has taken
 constexpr double kOrdersPerSecond = 10.0;   // of one page
@@ -90,20 +87,6 @@ std::string with_warning(const std::string& sentence, const Receipt& receipt) {
 }
 
 }  // namespace
-
-std::string random_token() {
-  std::array<unsigned char, kTokenBytes> bytes{};
-  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    throw std::runtime_error("the kernel gives no random numbers for the token of --control");
-  }
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string token;
-  for (const unsigned char byte : bytes) {
-    token += kDigits[byte >> 4U];
-    token += kDigits[byte & 15U];
-  }
-  return token;
-}
 
 bool same_token(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;

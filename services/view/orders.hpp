@@ -30,6 +30,7 @@
 #include "services/config/cell_file.hpp"
 #include "services/view/goal_preview.hpp"
 #include "services/view/json.hpp"
+#include "services/view/token_file.hpp"
 #include "services/view/web_server.hpp"
 
 namespace hecaton::services {
@@ -37,8 +38,6 @@ namespace hecaton::services {
 /// The page sends a message each two seconds while it controls.
 inline constexpr std::chrono::seconds kControlLease{10};
 
-/// 256 bits of the kernel, as 64 hexadecimal digits. Throws std::runtime_error with a sentence.
-[[nodiscard]] std::string random_token();
 /// Takes the same time for all tokens of the same length.
 [[nodiscard]] bool same_token(std::string_view a, std::string_view b);
 
