@@ -226,6 +226,7 @@ function toggleDraft(): void {
   if (draft.arm !== null) draft.cancel();
   else if (orders.controls && selected !== null && scene.drawn(selected) !== null) {
     if (obstacle !== null) chooseObstacle(obstacle); // one gizmo at a time
+    if (document.activeElement instanceof HTMLElement) document.activeElement.blur(); // Enter shall press no button
     draft.begin(selected, scene.jointsOf(selected));
   }
 }

@@ -146,6 +146,35 @@ try {
   await press("#takecontrol");
   await page.waitForFunction(() => !window.hecaton.orders.controls && window.hecaton.draft.arm === null);
   assert.equal(await colour(), null);
+  await page.close();
+
+  step("a drag ends with the connection");
+  const second = await browser.newPage({ viewport: { width: 480, height: 320 } });
+  second.setDefaultTimeout(110_000);
+  let link = null;
+  const sent = [];
+  await second.routeWebSocket(/\/live$/, (socket) => {
+    link = socket;
+    const server = socket.connectToServer();
+    socket.onMessage((message) => {
+      sent.push(JSON.parse(message).op);
+      server.send(message);
+    });
+  });
+  await second.goto(address);
+  await second.waitForFunction(() => window.hecaton?.orders.controls && window.hecaton.scene.drawn("north") !== null);
+  await second.evaluate(() => window.hecaton.select("north"));
+  await second.locator("#draggoal").dispatchEvent("click");
+  await second.evaluate(() => window.hecaton.draft.move(window.hecaton.scene.toolOf("north")));
+  await second.waitForFunction(() => window.hecaton.draft.mayGo);
+  step("close it");
+  await link.close();
+  await second.waitForFunction(() => window.hecaton.draft.arm === null);
+  await second.keyboard.press("Enter");
+  await second.waitForFunction(() => document.querySelector("#offline").hidden);
+  assert.equal(await second.evaluate(() => window.hecaton.orders.controls), false);
+  assert.ok(sent.includes("preview"));
+  assert.equal(sent.includes("goal"), false);
   assert.deepEqual(errors, []);
 } finally {
   await browser.close();
