@@ -253,13 +253,11 @@ PreviewAnswer PreviewSolver::answer(const PreviewQuestion& question, const Previ
     const bool too_far = (question.X_WT.translation() - reach.centre).norm() > reach.tool + kPosition;
     if (auto other = too_far ? std::nullopt : planner::inverse_kinematics(arm, question.X_WT, start, options)) {
       nearest.q = *other;
-      nearest.X_WT = question.X_WT;
       nearest.error = {};
       met = true;
     }
   }
   answer.q = nearest.q;
-  answer.X_WT = nearest.X_WT;
   conclude(answer);
   if (!met) {
     answer.verdict = PreviewVerdict::kUnreachable;
@@ -285,8 +283,8 @@ GoalPreview::~GoalPreview() {
 }
 
 bool GoalPreview::ready(Clock::time_point now) const {
-  const std::lock_guard lock(mutex_);
-  return !busy_ && now >= rests_until_;
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  return lock && !busy_ && now >= rests_until_;
 }
 
 void GoalPreview::ask(PreviewQuestion question, PreviewScene scene) {
@@ -299,8 +297,8 @@ void GoalPreview::ask(PreviewQuestion question, PreviewScene scene) {
 }
 
 std::optional<PreviewAnswer> GoalPreview::take_answer() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(answer_, std::nullopt);
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  return lock ? std::exchange(answer_, std::nullopt) : std::nullopt;
 }
 
 void GoalPreview::work(const std::stop_token& stop) {

@@ -60,7 +60,6 @@ struct PreviewAnswer {
   std::int64_t id = 0;
   int arm = 0;
   planner::JointVector q;  ///< for the pose, or for the nearest one that was found [rad | m]; empty: none
-  world::Pose X_WT = world::Pose::Identity();  ///< tool frame at q
   PreviewVerdict verdict = PreviewVerdict::kUnknown;
   bool accepted = false;  ///< q may be a goal
   std::string text;       ///< one short sentence without a full stop; empty: nothing to say
@@ -109,7 +108,8 @@ class PreviewSolver {
 };
 
 /// A PreviewSolver in a background thread of low priority. It works on one question at a time and for at most half of
-/// the time. All functions are for one thread and do not wait, except the destructor.
+/// the time. All functions are for one thread and do not wait, except the destructor: if the background thread is
+/// preempted while it holds the lock, they find nothing.
 class GoalPreview {
  public:
   using Clock = std::chrono::steady_clock;
