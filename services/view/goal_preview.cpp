@@ -29,15 +29,21 @@ constexpr double kFloorHalf = 50.0;  // of the box that stands for the floor [m]
 constexpr std::size_t kMostNear = 64;
 constexpr std::chrono::milliseconds kLeastPause{20};
 
-std::string millimetres(double metres) {
+std::string length_text(double metres) {
+  const double size = std::abs(metres);
   std::ostringstream out;
-  out << std::fixed << std::setprecision(std::abs(metres) < 0.01 ? 1 : 0) << std::abs(metres) * 1e3 << " mm";
+  out << std::fixed;
+  if (size < 1.0) {
+    out << std::setprecision(size < 0.01 ? 1 : 0) << size * 1e3 << " mm";
+  } else {
+    out << std::setprecision(2) << size << " m";
+  }
   return out.str();
 }
 
 std::string away(const planner::ToolError& error) {
   std::ostringstream out;
-  out << millimetres(error.position) << " and " << std::setprecision(2) << error.orientation * 180.0 / std::numbers::pi
+  out << length_text(error.position) << " and " << std::setprecision(2) << error.orientation * 180.0 / std::numbers::pi
       << "° away";
   return out.str();
 }
@@ -159,7 +165,7 @@ std::optional<PreviewSolver::Blockage> PreviewSolver::below_floor(const planner:
     const double distance = planner::shape_distance(body.shape, X_WL * body.X_CS, box, X_WF).distance;
     if (distance >= 0.0 || (deepest && distance >= deepest->distance)) continue;
     const std::string own = geometry_->body_name(arm_, body);
-    deepest = Blockage{PreviewVerdict::kCollision, own + " is " + millimetres(distance) + " below the floor", own,
+    deepest = Blockage{PreviewVerdict::kCollision, own + " is " + length_text(distance) + " below the floor", own,
                        "floor", distance};
   }
   return deepest;
@@ -192,8 +198,8 @@ PreviewSolver::Blockage PreviewSolver::blockage(const JointVector& q) {
   Blockage found{
       PreviewVerdict::kCollision, {}, geometry_->own_name(*worst), geometry_->other_name(*worst), worst->distance};
   const bool touches = worst->distance <= 0.0;
-  const std::string how = touches ? found.own + " and " + found.other + " overlap by " + millimetres(worst->distance)
-                                  : found.own + " would be " + millimetres(worst->distance) + " from " + found.other;
+  const std::string how = touches ? found.own + " and " + found.other + " overlap by " + length_text(worst->distance)
+                                  : found.own + " would be " + length_text(worst->distance) + " from " + found.other;
   if (hits) {
     found.text = how;
   } else if (touches) {
@@ -201,7 +207,7 @@ PreviewSolver::Blockage PreviewSolver::blockage(const JointVector& q) {
     found.text = how + " now: a goal there waits until that arm has left";
   } else {
     found.verdict = PreviewVerdict::kNear;
-    found.text = how + ", but the arm keeps " + millimetres(kept);
+    found.text = how + ", but the arm keeps " + length_text(kept);
   }
   return found;
 }

@@ -10,6 +10,7 @@ export class GoalDraft {
   onChange: () => void = () => {};
   /** Of the ghost; empty: no draft. */
   q: readonly number[] = [];
+  private start: readonly number[] = []; // of the next search: where the ghost last met its pose
   private name: string | null = null;
   private pose: Pose | null = null; // wanted, since the tool was dragged
   private answer: PreviewMessage | null = null;
@@ -23,7 +24,7 @@ export class GoalDraft {
 
   begin(arm: string, q: readonly number[]): void {
     this.name = arm;
-    this.q = [...q];
+    this.q = this.start = [...q];
     this.pose = this.answered = this.answer = this.asked = null;
     this.refusal = "";
     this.onChange();
@@ -51,7 +52,7 @@ export class GoalDraft {
     if (now - this.lastAsked < (this.settled ? REFRESH : PERIOD)) return;
     if (this.asked !== null && now - this.asked.at < PATIENCE) return;
     const id = --this.ids;
-    if (!this.send({ op: "preview", id, arm: this.name, pose: this.pose, start: [...this.q] })) return;
+    if (!this.send({ op: "preview", id, arm: this.name, pose: this.pose, start: [...this.start] })) return;
     this.asked = { id, pose: this.pose, at: now };
     this.lastAsked = now;
   }
@@ -63,6 +64,8 @@ export class GoalDraft {
     this.answer = answer;
     this.refusal = "";
     if (answer.q.length) this.q = answer.q;
+    // An arm that has stretched after a pose out of reach shall come back with the elbow where it was.
+    if (answer.q.length && answer.verdict !== "unreachable") this.start = answer.q;
     this.ask();
     this.onChange();
   }

@@ -48,6 +48,19 @@ test("a question begins where the ghost is", () => {
   assert.deepEqual((sent[1] as { start: number[] }).start, [3, 4, 5]);
 });
 
+test("after a pose out of reach the search begins where the last pose was met", () => {
+  const { draft, sent, world, answer } = dragging();
+  draft.move(at(1));
+  answer();
+  world.now += 50;
+  draft.move(at(2));
+  answer({ verdict: "unreachable", accepted: false, q: [6, 7, 8] });
+  assert.deepEqual(draft.q, [6, 7, 8]);
+  world.now += 50;
+  draft.move(at(3));
+  assert.deepEqual((sent[2] as { start: number[] }).start, [3, 4, 5]);
+});
+
 test("at most twenty questions a second are sent, each about the newest pose", () => {
   const { draft, world, questions, answer } = dragging();
   for (let i = 0; i < 1000; ++i, world.now += 1) {

@@ -81,7 +81,7 @@ try {
   step("out of reach");
   await dragBy(-1000, 0);
   step(await sentence());
-  await says(/^out of reach: the nearest pose found is /);
+  await says(/^out of reach: the nearest pose found is [\d.]+ m and /);
   await looks(BLOCKED);
   assert.equal(await page.locator("#gothere").isDisabled(), true);
   await picture("goal-out-of-reach");
@@ -92,6 +92,8 @@ try {
   await page.mouse.up();
   await answered();
   assert.ok(apart(await wanted(), P) < 1e-3);
+  const q = await page.evaluate(() => window.hecaton.draft.q);
+  assert.ok(q.every((value, i) => Math.abs(value - at[i]) < 0.8), `the ghost is in another posture: ${q}, not near ${at}`);
 
   step("a crate at Q");
   await page.evaluate((place) => window.hecaton.orders.give({ op: "obstacle_add", name: "crate",
