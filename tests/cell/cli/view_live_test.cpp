@@ -140,7 +140,7 @@ TEST_F(LiveOrders, AnswerAPreviewAndMoveNothing) {
   EXPECT_LT(answers, 100);
   EXPECT_EQ(last.at("verdict"), "unreachable");
   EXPECT_EQ(last.at("q").size(), 6U);
-  EXPECT_TRUE(entry(json({"status"}).at("arms"), "arm", "north").at("goal").is_null()) << "a preview is no goal";
+  EXPECT_TRUE(entry(json({"status"}).at("arms"), "name", "north").at("goal").is_null()) << "a preview is no goal";
 }
 
 TEST_F(LiveOrders, OfFoxgloveNeedTheToken) {
