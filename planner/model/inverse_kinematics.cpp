@@ -29,6 +29,13 @@ class Solver {
     return minimise(q, FreeRotation::kAll, 1.0).tail<3>().norm() <= options_.position_tolerance;
   }
 
+  /// Moves q to a local minimum of the error in position and orientation, and returns that error.
+  [[nodiscard]] ToolError approach(JointVector& q) {
+    constexpr double kMetresPerRadian = 0.3;
+    const TaskVector error = minimise(q, options_.free_rotation, kMetresPerRadian);
+    return {error.tail<3>().norm(), error.head<3>().norm()};
+  }
+
   /// Of the last configuration.
   [[nodiscard]] const Pose& X_WT() const { return kinematics_.X_WT; }
 
@@ -186,6 +193,15 @@ std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose
     return !options.accept || options.accept(candidate.q);
   });
   return accepted == found.end() ? std::nullopt : std::optional(*accepted);
+}
+
+NearestPose nearest_pose(const Arm& arm, const Pose& X_WT, const JointVector& start, const IkOptions& options) {
+  Solver solver(arm, X_WT, options);
+  NearestPose nearest{.q = start, .X_WT = Pose::Identity(), .error = {}};
+  nearest.error = solver.approach(nearest.q);
+  nearest.X_WT = solver.X_WT();
+  nearest.q = nearest_turns(arm, nearest.q, start);
+  return nearest;
 }
 
 }  // namespace hecaton::planner

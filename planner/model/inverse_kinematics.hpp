@@ -44,6 +44,19 @@ struct NearestOrientation {
                                                                     const JointVector& start,
                                                                     const IkOptions& options = {});
 
+/// A configuration and the pose of its tool.
+struct NearestPose {
+  JointVector q;                 ///< [rad | m]
+  Pose X_WT = Pose::Identity();  ///< tool frame at q
+  ToolError error;               ///< from the wanted pose; orientation without the free rotation
+};
+
+/// The configuration within the limits with the locally nearest tool pose to X_WT, where 1 rad counts as 0.3 m. It
+/// searches from `start` alone and so follows a pose that moves without a leap; elsewhere a nearer pose may exist.
+/// Ignores the seeds and `accept` of the options. Deterministic.
+[[nodiscard]] NearestPose nearest_pose(const Arm& arm, const Pose& X_WT, const JointVector& start,
+                                       const IkOptions& options = {});
+
 /// True for an arm whose tool stays on a surface or a line, such as one of two joints or a planar one. Nearly no point
 /// of a volume lies on it. Samples postures, always the same ones.
 [[nodiscard]] bool tool_stays_on_surface(const Arm& arm);

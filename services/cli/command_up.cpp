@@ -26,6 +26,7 @@
 #include "services/runtime/join.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/options.hpp"
+#include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -138,6 +139,10 @@ class Run {
         const msg::Cause& cause = node.heartbeat().cause();
         const std::string url = config::view_url(file_.view.value_or(config::View{}), domain_);
         display_.line(is_none(cause) ? "its page: " + url : "no page: " + cause.text());
+        if (is_none(cause) && file_.view && file_.view->control) {
+          const RunName run{file_.cell.name, domain_, file_.view->host};
+          display_.line("to control the cell, open the address in " + (run_path(run) / kViewTokenFile).string());
+        }
         return;
       }
       if (Clock::now() > until) {

@@ -82,6 +82,8 @@ struct View {
   std::string host;                  ///< of the service; its agent starts it
   std::string listen = "127.0.0.1";  ///< IPv4 address of the page; 0.0.0.0: all of the host
   std::optional<int> port;           ///< 1 to 65535; empty: view_port()
+  bool control = false;              ///< one page at a time, with the token, gives orders
+  bool no_stop = false;              ///< pages without control cannot stop the cell
 };
 
 /// `record`: the service hecaton-recorder. It keeps the last minutes of the cell, and what was before and after a

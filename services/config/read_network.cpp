@@ -258,6 +258,8 @@ std::optional<View> read_view(const MapView& root, const std::vector<Host>& host
   view.host = read_host(map, "host", hosts);
   if (const auto listen = map.find("listen")) view.listen = read_listen_address(*listen);
   if (const auto port = map.find("port")) view.port = port->integer(1, 65535);
+  read_boolean(map, "control", view.control);
+  read_boolean(map, "no_stop", view.no_stop);
   return view;
 }
 

@@ -42,10 +42,6 @@ fs::path parent_of_runs() {
   return ::access(kSharedMemory, W_OK | X_OK) == 0 ? kSharedMemory : "/tmp";
 }
 
-fs::path folder_of(const RunName& run) {
-  return parent_of_runs() / (kPrefix + std::to_string(run.domain) + "-" + run.cell + kBeforeHost + run.host);
-}
-
 [[noreturn]] void fail(const fs::path& path, const std::string& why) {
   throw std::runtime_error("the folder of the run, " + path.string() + ", cannot be used: " + why +
                            "; set TMPDIR to another folder");
@@ -108,6 +104,10 @@ std::string read_source(const std::string& path) {
 
 }  // namespace
 
+fs::path run_path(const RunName& run) {
+  return parent_of_runs() / (kPrefix + std::to_string(run.domain) + "-" + run.cell + kBeforeHost + run.host);
+}
+
 std::string run_origin(const planner::SourceFiles& sources) {
   std::string boot;
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
@@ -119,7 +119,7 @@ std::string run_origin(const planner::SourceFiles& sources) {
   return text;
 }
 
-RunFolder::RunFolder(const RunName& run, const std::string& origin, bool clean) : path_(folder_of(run)) {
+RunFolder::RunFolder(const RunName& run, const std::string& origin, bool clean) : path_(run_path(run)) {
   take(run);
   try {
     begin(origin, clean);
@@ -194,7 +194,7 @@ void RunFolder::remove_abandoned() const {
 }
 
 void remove_run(const RunName& run) {
-  remove_unlocked(folder_of(run));
+  remove_unlocked(run_path(run));
 }
 
 }  // namespace hecaton::services

@@ -16,6 +16,12 @@ struct RunName {
   std::string host;
 };
 
+/// The file in the folder of the run from which a person learns the token of the view (services/view/token_file.hpp).
+inline constexpr const char* kViewTokenFile = "view-token";
+
+/// Where the folder of the run is, as chosen by the environment of this process. It need not exist.
+[[nodiscard]] std::filesystem::path run_path(const RunName& run);
+
 /// A text that is equal for two runs exactly when the checkpoints of one are valid for the other. It holds the
 /// program's version (the checkpoints' format), this machine's boot (its clock) and the names and hashes of the cell's
 /// files in `sources.read()` (robots and world). Throws std::runtime_error with a sentence when one of the files is

@@ -52,6 +52,8 @@ class CellState {
   /// Grows by one when the shapes of an obstacle arrive or an obstacle is removed.
   [[nodiscard]] std::uint64_t obstacle_edition() const { return obstacle_edition_; }
   [[nodiscard]] const Obstacles& obstacles() const { return *obstacles_; }
+  /// The same for another thread; never changed.
+  [[nodiscard]] const std::shared_ptr<const Obstacles>& shared_obstacles() const { return obstacles_; }
   [[nodiscard]] const LatestFaults& faults() const { return faults_; }
   [[nodiscard]] const Newest<msg::Heartbeat>& heartbeats() const { return heartbeats_; }
   /// By the arm that proposes.

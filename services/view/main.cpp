@@ -75,7 +75,8 @@ int main(int argc, char** argv) {
         const config::View view = view_of(file, options.host, own);
         const services::LogScope log(services::view_node(), options);
         services::start_exit_notifier(options.exit_fd);
-        own.orders.stop = !own.no_stop;
+        own.orders.control = own.orders.control || view.control;
+        own.orders.stop = !own.no_stop && !view.no_stop;
         services::ViewService(file, options, view, own.orders, own.origins, shutdown).run();
       },
       [&](CLI::App& app) { add_options(app, own); });

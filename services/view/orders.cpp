@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <sys/random.h>
-
 #include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
 
@@ -15,13 +13,13 @@ namespace {
 using namespace std::chrono_literals;
 using view::Json;
 
-constexpr std::size_t kTokenBytes = 32;
 constexpr std::size_t kMostWaiting = 32;    // orders in a queue
 constexpr std::size_t kMostReplies = 4096;  // that no server has taken
 constexpr double kOrdersPerSecond = 10.0;   // of one page
 constexpr double kOrdersAtOnce = 20.0;      // of one page
 constexpr std::size_t kLongestName = 128;   // of a goal or an obstacle [byte]
 constexpr Seconds kOrderLimit{3.0};         // for the answer of the cell
+constexpr double kFarthestTool = 1000.0;    // of a preview, from the origin [m]
 
 /// The order is not carried out, for this reason: a sentence.
 struct Refusal : std::runtime_error {
@@ -47,6 +45,11 @@ std::vector<double> numbers_in(const Json& message, const char* key, std::size_t
   }
   if (numbers.size() == count) return numbers;
   throw Refusal(std::string("the order needs '") + key + "', a list of " + std::to_string(count) + " numbers");
+}
+
+/// Joint positions of an arm [rad | m].
+std::vector<double> joints_in(const Json& message, const char* key, const planner::Arm& arm) {
+  return numbers_in(message, key, static_cast<std::size_t>(arm.model->joints()));
 }
 
 /// As pose_json().
@@ -84,20 +87,6 @@ std::string with_warning(const std::string& sentence, const Receipt& receipt) {
 }
 
 }  // namespace
-
-std::string random_token() {
-  std::array<unsigned char, kTokenBytes> bytes{};
-  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    throw std::runtime_error("the kernel gives no random numbers for the token of --control");
-  }
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string token;
-  for (const unsigned char byte : bytes) {
-    token += kDigits[byte >> 4U];
-    token += kDigits[byte & 15U];
-  }
-  return token;
-}
 
 bool same_token(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
@@ -154,6 +143,12 @@ void Orders::accept(const Sender& from, const Json& message, Clock::time_point n
   const std::string op = text_in(message, "op");
   if (controls(from.page)) controller_->heard = now;
   if (op == "alive") return;
+  // Only the newest is kept, and the answers have a limit: no orders are used up by a drag.
+  if (op == "preview") {
+    if (!controls(from.page)) throw Refusal("this page does not control the cell");
+    preview_ = preview_of(from, message);
+    return;
+  }
   // The stop of the cell has no limit: those that wait are one.
   if (op == "stop" && arms_in(message).empty()) return stop_cell(from);
   if (!may_send(from.page, now)) throw Refusal("this page sends too many orders");
@@ -184,6 +179,7 @@ void Orders::take_control(const Sender& from, const Json& message, Clock::time_p
 void Orders::end_control(const char* reason) {
   log_info("a page no longer controls", {{"page", controller_->page.address}, {"reason", reason}});
   controller_.reset();
+  preview_.reset();
   control_changed_ = true;
 }
 
@@ -258,15 +254,21 @@ Orders::Order Orders::order_of(const Sender& from, const std::string& op, const 
 
 Orders::Action Orders::goal_of(const Sender& from, const Json& message, std::string& subject) {
   const planner::Arm& arm = arm_in(message);
-  const std::string named = text_in(message, "named");
-  if (!arm.named.contains(named)) {
-    throw Refusal("arm '" + arm.name + "' has no pose '" + config::printable(named) + "'");
+  std::function<Goal(const hecaton::Arm&)> send;
+  if (message.contains("q")) {
+    subject = arm.name + " to joint positions";
+    send = [q = joints_in(message, "q", arm)](const hecaton::Arm& to) { return to.go_to(q); };
+  } else {
+    const std::string named = text_in(message, "named");
+    if (!arm.named.contains(named)) {
+      throw Refusal("arm '" + arm.name + "' has no pose '" + config::printable(named) + "'");
+    }
+    subject = arm.name + " to " + named;
+    send = [named](const hecaton::Arm& to) { return to.go_to(named); };
   }
-  subject = arm.name + " to " + named;
-  return [this, from, name = arm.name, named](const Cell& cell, const Wait&) {
-    const std::string what = name + " to " + named;
+  return [this, from, name = arm.name, what = subject, send](const Cell& cell, const Wait&) {
     const auto told = std::make_shared<GoalState>(GoalState::kAccepted);
-    cell.arm(name).go_to(named).on_progress([this, from, what, told](const Progress& progress) {
+    send(cell.arm(name)).on_progress([this, from, what, told](const Progress& progress) {
       if (*told == progress.state) return;
       *told = progress.state;
       const bool ended = is_final(progress.state);
@@ -280,6 +282,27 @@ Orders::Action Orders::goal_of(const Sender& from, const Json& message, std::str
   };
 }
 
+PreviewQuestion Orders::preview_of(const Sender& from, const Json& message) const {
+  PreviewQuestion question;
+  question.page = from.page.number;
+  question.id = from.id;
+  question.arm = arm_index_in(message);
+  const planner::Arm& arm = file_.cell.arms[static_cast<std::size_t>(question.arm)].arm;
+  const Pose pose = pose_in(message);
+  const auto& [w, x, y, z] = pose.rotation;
+  question.X_WT.linear() = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+  question.X_WT.translation() << pose.position.x, pose.position.y, pose.position.z;
+  if (!(question.X_WT.translation().cwiseAbs().maxCoeff() <= kFarthestTool)) {
+    throw Refusal("the position of 'pose' must be within 1000 m of the origin");
+  }
+  if (message.contains("start")) {
+    const std::vector<double> start = joints_in(message, "start", arm);
+    question.start = Eigen::Map<const Eigen::VectorXd>(start.data(), static_cast<Eigen::Index>(start.size()));
+    question.start = question.start.cwiseMax(arm.limits.lower).cwiseMin(arm.limits.upper);
+  }
+  return question;
+}
+
 std::vector<std::string> Orders::arms_in(const Json& message) const {
   const auto found = message.find("arms");
   if (found == message.end()) return {};
@@ -291,12 +314,17 @@ std::vector<std::string> Orders::arms_in(const Json& message) const {
   return names;
 }
 
-const planner::Arm& Orders::arm_in(const Json& message) const {
+int Orders::arm_index_in(const Json& message) const {
   const std::string name = text_in(message, "arm");
-  for (const planner::PlannedArm& planned : file_.cell.arms) {
-    if (planned.arm.name == name) return planned.arm;
-  }
-  throw Refusal("'" + config::printable(name) + "' is no arm of the cell");
+  const auto& arms = file_.cell.arms;
+  const auto found =
+      std::find_if(arms.begin(), arms.end(), [&](const auto& planned) { return planned.arm.name == name; });
+  if (found == arms.end()) throw Refusal("'" + config::printable(name) + "' is no arm of the cell");
+  return static_cast<int>(found - arms.begin());
+}
+
+const planner::Arm& Orders::arm_in(const Json& message) const {
+  return file_.cell.arms[static_cast<std::size_t>(arm_index_in(message))].arm;
 }
 
 bool Orders::controls(const WebClient& page) const {
@@ -344,6 +372,11 @@ std::optional<Json> Orders::take_control_change() {
 void Orders::announce_control() {
   const std::lock_guard lock(mutex_);
   control_changed_ = true;
+}
+
+std::optional<PreviewQuestion> Orders::take_preview() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(preview_, std::nullopt);
 }
 
 // --- the threads

@@ -28,7 +28,9 @@
 
 #include "services/client/connection.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/view/goal_preview.hpp"
 #include "services/view/json.hpp"
+#include "services/view/token_file.hpp"
 #include "services/view/web_server.hpp"
 
 namespace hecaton::services {
@@ -36,8 +38,6 @@ namespace hecaton::services {
 /// The page sends a message each two seconds while it controls.
 inline constexpr std::chrono::seconds kControlLease{10};
 
-/// 256 bits of the kernel, as 64 hexadecimal digits. Throws std::runtime_error with a sentence.
-[[nodiscard]] std::string random_token();
 /// Takes the same time for all tokens of the same length.
 [[nodiscard]] bool same_token(std::string_view a, std::string_view b);
 
@@ -77,6 +77,8 @@ class Orders {
   [[nodiscard]] std::optional<view::Json> take_control_change();
   /// The next take_control_change() is not empty.
   void announce_control();
+  /// The newest preview that the page in control has asked for, once. Older ones that were not taken are dropped.
+  [[nodiscard]] std::optional<PreviewQuestion> take_preview();
 
  private:
   /// Carries the order out and returns a sentence, or throws hecaton::Error.
@@ -117,7 +119,9 @@ class Orders {
                                         const std::vector<std::string>& arms);
   [[nodiscard]] Order order_of(const Sender& from, const std::string& op, const view::Json& message);
   [[nodiscard]] Action goal_of(const Sender& from, const view::Json& message, std::string& subject);
+  [[nodiscard]] PreviewQuestion preview_of(const Sender& from, const view::Json& message) const;
   [[nodiscard]] std::vector<std::string> arms_in(const view::Json& message) const;
+  [[nodiscard]] int arm_index_in(const view::Json& message) const;
   [[nodiscard]] const planner::Arm& arm_in(const view::Json& message) const;
   [[nodiscard]] bool controls(const WebClient& page) const;
   [[nodiscard]] bool may_send(const WebClient& page, Clock::time_point now);
@@ -134,6 +138,7 @@ class Orders {
   Replies replies_;
   std::map<std::uint64_t, Bucket> buckets_;
   std::optional<Controller> controller_;
+  std::optional<PreviewQuestion> preview_;
   bool control_changed_ = true;
   std::array<std::jthread, 2> workers_;  // last: they use all of it
 };

@@ -9,6 +9,7 @@
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/runtime/run_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -36,10 +37,22 @@ std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceO
     return std::make_unique<Orders>(file, allowed, client::Connection::make(client::join(file, domain, options.host)));
   } catch (const std::runtime_error& error) {
     allowed.refused_as = std::string("orders of pages need an identity of the role operator: ") + error.what();
-    if (wanted.control || file.keystore.empty()) throw std::runtime_error(allowed.refused_as);
-    log_warning("pages cannot stop the cell", {{"reason", allowed.refused_as}});
+    const bool of_agent = options.heartbeat_fd >= 0;  // which would start it again and again
+    if ((wanted.control && !of_agent) || file.keystore.empty()) throw std::runtime_error(allowed.refused_as);
+    log_warning("pages give no orders", {{"reason", allowed.refused_as}});
     return std::make_unique<Orders>(file, allowed, nullptr);
   }
+}
+
+/// Of a service of an agent, which has a folder of the run. Empty: it shall have no token.
+std::filesystem::path token_file(const ServiceOptions& options, const ViewOrders& wanted) {
+  if (!wanted.control || options.heartbeat_fd < 0 || options.checkpoint.empty()) return {};
+  return std::filesystem::path(options.checkpoint).replace_filename(kViewTokenFile);
+}
+
+std::string make_token(const std::filesystem::path& file, const ViewOrders& wanted) {
+  if (!wanted.control) return {};
+  return file.empty() ? random_token() : token_in_file(file).value_or(random_token());
 }
 
 }  // namespace
@@ -54,8 +67,10 @@ ViewService::ViewService(const config::CellFile& file, const ServiceOptions& opt
       drawings_(file),
       feed_(file, participant_, mailbox_),
       foxglove_(feed_, file, drawings_, {std::move(foxglove_origins), foxglove_orders()}),
-      token_(orders.control ? random_token() : std::string()),
+      token_file_(token_file(options, orders)),
+      token_(make_token(token_file_, orders)),
       orders_(make_orders(file, options, orders, token_)) {
+  if (orders.control) preview_.emplace(file.cell);
   web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
   web_.left = [this](const WebClient& page) { orders_->left(page); };
   web_.protocol = foxglove_.protocol();
@@ -110,16 +125,26 @@ void ViewService::answer_pages() {
   if (!server_) return;
   for (const auto& [page, reply] : orders_->take_replies()) server_->send(page, reply);
   if (const auto control = orders_->take_control_change()) server_->publish(Channel::kControl, *control);
+  if (preview_) answer_previews();
+}
+
+void ViewService::answer_previews() {
+  if (const auto answer = preview_->take_answer()) server_->send(answer->page, preview_json(file_.cell, *answer));
+  if (!preview_->ready(loop_.now())) return;  // the question waits, and a newer one replaces it
+  if (auto question = orders_->take_preview()) preview_->ask(std::move(*question), PreviewScene::of(feed_.state()));
 }
 
 void ViewService::listen(bus::Clock::time_point now) {
   if (now < listen_at_) return;
   listen_at_ = now + kListenPeriod;
   try {
-    server_ = std::make_unique<PageServer>(feed_, file_, drawings_, web_);
-    web_.port = server_->port();
+    auto server = std::make_unique<PageServer>(feed_, file_, drawings_, web_);
+    web_.port = server->port();
+    if (!token_file_.empty()) write_token_file(token_file_, control_url());
+    server_ = std::move(server);
     orders_->announce_control();
     log_info("view started", {{"url", url()}});
+    if (!token_file_.empty()) log_info("address with token written", {{"file", token_file_.string()}});
     refusal_.clear();
     if (!heartbeat_) std::cout << control_url() << std::endl;
   } catch (const std::runtime_error& error) {

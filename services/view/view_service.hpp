@@ -1,6 +1,7 @@
 #pragma once
 /// The service hecaton-view: receives the states of a cell and serves a page that shows them.
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "services/runtime/shutdown.hpp"
 #include "services/view/arm_drawing.hpp"
 #include "services/view/foxglove/cell_server.hpp"
+#include "services/view/goal_preview.hpp"
 #include "services/view/live_feed.hpp"
 #include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
@@ -29,8 +31,9 @@ class ViewService {
  public:
   /// Joins the cell and listens. `file` and `shutdown` must outlive it. Throws std::runtime_error with a sentence, also
   /// when the address cannot be used. As a service of an agent it reports that in its heartbeats instead, and run()
-  /// tries again each second. In a secured cell orders need an identity of the role operator. Control throws without
-  /// it; without control the pages only show the cell.
+  /// tries again each second. With control it then writes its address with the token to a file of the run, never to its
+  /// output or log; a restarted service keeps its token. In a secured cell orders need an identity of the role
+  /// operator. Without it the pages only show the cell; a view that a person starts with control throws.
   ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
               const ViewOrders& orders, std::vector<std::string> foxglove_origins, const ShutdownSignal& shutdown);
 
@@ -47,6 +50,7 @@ class ViewService {
   [[nodiscard]] foxglove::OrderReceiver foxglove_orders();
   void listen(bus::Clock::time_point now);
   void answer_pages();
+  void answer_previews();
   void publish_heartbeat();
 
   const config::CellFile& file_;
@@ -58,8 +62,10 @@ class ViewService {
   view::Drawings drawings_;
   LiveFeed feed_;
   foxglove::CellServer foxglove_;
-  std::string token_;  // of control; empty: no page may control
+  std::filesystem::path token_file_;  // of a service of an agent with control; empty: none
+  std::string token_;                 // of control; empty: no page may control
   std::unique_ptr<Orders> orders_;
+  std::optional<GoalPreview> preview_;  // of a view that has control
   std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use
   std::string refusal_;                 // why
   bus::Clock::time_point listen_at_{};

@@ -2,10 +2,15 @@
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <thread>
+
+#include <sys/stat.h>
 
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/needed_files.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/view/web_client.hpp"
 
 namespace hecaton::test {
@@ -103,6 +108,41 @@ TEST_F(LiveOrders, ControlTheCellInABrowser) {
   EXPECT_NE(view_->err().find("subject=\"north to ready\""), std::string::npos) << view_->err();
 }
 
+TEST_F(LiveOrders, DragAGoalInABrowser) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  const std::string browser = "/usr/bin/chromium";
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
+  const std::string url = start_view({"--control"});
+  Process test({node, page + "/test/goal_drag.mjs", url, browser});
+  EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+  view_->signal(SIGINT);
+  EXPECT_EQ(view_->wait(), 0);
+  EXPECT_NE(view_->err().find("subject=\"north to joint positions\""), std::string::npos) << view_->err();
+}
+
+TEST_F(LiveOrders, AnswerAPreviewAndMoveNothing) {
+  const std::string url = start_view({"--control"});
+  WebSocketClient page(port_of(url.substr(0, url.find("/#"))), "http://localhost");
+  page.wait_for("frame", [](const Json& frame) { return !frame.at("arms")[0][0].is_null(); });
+  const Json question{{"op", "preview"}, {"id", -5}, {"arm", "north"}, {"pose", {0.3, 0.3, 50.0, 0, 0, 0, 1}}};
+  page.write(question.dump());
+  EXPECT_EQ(page.wait_for("reply", [](const Json&) { return true; }).at("text"), "this page does not control the cell");
+  EXPECT_TRUE(order(page, {{"op", "take"}, {"token", url.substr(url.find('=') + 1)}}).at("done"));
+  // Of many at once only a few have answers, the newest among them.
+  for (int i = 1; i <= 200; ++i) {
+    Json newer = question;
+    newer["id"] = -100 - i;
+    page.write(newer.dump());
+  }
+  int answers = 0;
+  const Json last = page.wait_for("preview", [&](const Json& preview) { return ++answers, preview.at("id") == -300; });
+  EXPECT_LT(answers, 100);
+  EXPECT_EQ(last.at("verdict"), "unreachable");
+  EXPECT_EQ(last.at("q").size(), 6U);
+  EXPECT_TRUE(entry(json({"status"}).at("arms"), "name", "north").at("goal").is_null()) << "a preview is no goal";
+}
+
 TEST_F(LiveOrders, OfFoxgloveNeedTheToken) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
@@ -137,6 +177,74 @@ TEST_F(LiveOrders, OfFoxgloveNeedTheToken) {
   EXPECT_EQ(view_->wait(), 0);
   EXPECT_NE(view_->err().find("event=\"order of a page\" order=stop"), std::string::npos) << view_->err();
   EXPECT_EQ(view_->err().find(token), std::string::npos) << "the token is in the log";
+}
+
+/// A cell whose file lets its page control it.
+class LiveControl : public LiveCell {
+ protected:
+  void SetUp() override {
+    std::ofstream(cell_file()) << "name: controlled\n"
+                                  "network: {interface: 127.0.0.1}\n"
+                                  "view: {control: true, no_stop: true}\n"
+                                  "defaults: {robot: ur5e}\n"
+                                  "arms:\n"
+                                  "  - {name: north, base: {xyz: [0, 0.8, 0]}}\n"
+                                  "  - {name: south, base: {xyz: [0, -0.8, 0]}}\n";
+    LiveCell::SetUp();
+  }
+  [[nodiscard]] std::string cell_file() const override { return folder_.path() / "cell.yaml"; }
+  [[nodiscard]] std::vector<std::string> up_options() const override { return {"--log-dir", folder_.path() / "logs"}; }
+  [[nodiscard]] static std::string content(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(LiveControl, HasItsTokenInAFileOfItsUser) {
+  const std::string before = "to control the cell, open the address in ";
+  ASSERT_TRUE(up_->wait_for_message(before)) << up_->err();
+  std::string path = up_->err().substr(up_->err().find(before) + before.size());
+  path.resize(path.find('\n'));
+  struct stat about {};
+  ASSERT_EQ(::stat(path.c_str(), &about), 0) << path;
+  EXPECT_EQ(about.st_mode & 07777U, 0600U);
+
+  const std::string address = content(path);
+  const std::string start = "http://127.0.0.1:" + std::to_string(8000 + domain_.number()) + "/#token=";
+  ASSERT_EQ(address.substr(0, start.size()), start);
+  const std::string token = address.substr(start.size(), 64);
+  EXPECT_EQ(address, start + token + "\n");
+  {
+    WebSocketClient page(static_cast<std::uint16_t>(8000 + domain_.number()), "http://localhost");
+    const Json control = page.wait_for("control", [](const Json&) { return true; });
+    EXPECT_TRUE(control.at("control"));
+    EXPECT_FALSE(control.at("stop")) << "no_stop";
+    page.write(Json{{"op", "take"}, {"id", 1}, {"token", token}}.dump());
+    EXPECT_TRUE(page.wait_for("reply", [](const Json& reply) { return reply.at("id") == 1; }).at("done"));
+    page.write(Json{{"op", "hold"}, {"id", 2}}.dump());
+    EXPECT_TRUE(page.wait_for("reply", [](const Json& reply) { return reply.at("id") == 2; }).at("done"));
+  }
+  EXPECT_EQ(json({"status"}).at("mode"), "hold");
+
+  // A view that was restarted has the same token.
+  const pid_t first = processes().at("view");
+  ASSERT_EQ(::kill(first, SIGKILL), 0);
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (processes()["view"] == first) ASSERT_LT(std::chrono::steady_clock::now(), until);
+  EXPECT_EQ(content(path), address);
+
+  up_->signal(SIGINT);
+  EXPECT_EQ(up_->wait(), 0) << up_->err();
+  EXPECT_FALSE(std::filesystem::exists(path)) << "it ends with the run";
+  EXPECT_EQ(up_->err().find(token), std::string::npos);
+  int logs = 0;
+  for (const auto& log : std::filesystem::directory_iterator(folder_.path() / "logs")) {
+    ++logs;
+    EXPECT_EQ(content(log.path()).find(token), std::string::npos) << log.path();
+  }
+  EXPECT_GE(logs, 5);
+  up_.reset();
 }
 
 TEST_F(LivePage, DrawsMovingArmsInABrowser) {

@@ -12,6 +12,7 @@
 #include "services/security/keystore.hpp"
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/view/web_client.hpp"
 
 namespace hecaton::test {
 namespace {
@@ -105,6 +106,61 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   bus::Participant operator_ = participant("operator", Role::kOperator);
   EXPECT_THROW(bus::Writer<msg::ArmCommand> forged(operator_), std::runtime_error);
   EXPECT_NO_THROW(bus::Writer<msg::Goal> goals(operator_));
+}
+
+TEST_F(SecuredCell, TakesOrdersOfAPageThroughTheIdentityOfAnOperator) {
+  const auto start_view = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words{
+        std::string(HECATON_BIN_DIR) + "/hecaton", "view", cell_file(), "--domain", domain(), "--port", "0"};
+    words.insert(words.end(), options.begin(), options.end());
+    return std::make_unique<Process>(words);
+  };
+  const auto port_of = [](const std::string& address) {
+    return static_cast<std::uint16_t>(std::stoi(address.substr(address.find(':', 7) + 1)));
+  };
+  const auto answer = [](WebSocketClient& page, Json message) {
+    message["id"] = 4;
+    page.write(message.dump());
+    // The first answer to a goal is that it was sent.
+    return page.wait_for("reply", [](const Json& reply) { return reply.at("id") == 4 && reply.at("final") == true; });
+  };
+  {
+    const auto view = start_view({"--control"});
+    ASSERT_TRUE(view->wait_for_output("\n")) << view->err();
+    const std::string address = view->out().substr(0, view->out().find('\n'));
+    WebSocketClient page(port_of(address), "http://localhost");
+    page.wait_for("frame", [](const Json& frame) { return !frame.at("arms")[0][0].is_null(); });
+    EXPECT_TRUE(answer(page, {{"op", "take"}, {"token", address.substr(address.find('=') + 1)}}).at("done"));
+    const Json reached = answer(page, {{"op", "goal"}, {"arm", "north"}, {"named", "ready"}});
+    EXPECT_TRUE(reached.at("done")) << reached;
+    page.write(Json{{"op", "preview"}, {"id", -1}, {"arm", "north"}, {"pose", {0, 0.8, 90.0, 0, 0, 0, 1}}}.dump());
+    EXPECT_EQ(page.wait_for("preview", [](const Json&) { return true; }).at("verdict"), "unreachable");
+    const Json held = answer(page, {{"op", "hold"}});
+    EXPECT_TRUE(held.at("done")) << held;
+    EXPECT_EQ(Json::parse(run_with(cell_file(), {"status", "-o", "json"}).out).at("mode"), "hold");
+    view->signal(SIGINT);
+    EXPECT_EQ(view->wait(), 0) << view->err();
+  }
+  EXPECT_EQ(run_with(cell_file(), {"resume"}).code, 0);
+
+  // A machine without that identity shows the cell, and says why it gives no orders.
+  std::filesystem::rename(services::enclave_folder(keystore(), "localhost", Role::kOperator), folder_.path() / "away");
+  {
+    const auto view = start_view({"--control"});
+    EXPECT_EQ(view->wait(), 3) << view->err();
+    EXPECT_NE(view->err().find("identity of the role operator"), std::string::npos) << view->err();
+  }
+  const auto view = start_view({});
+  ASSERT_TRUE(view->wait_for_output("\n")) << view->err();
+  WebSocketClient page(port_of(view->out()), "http://localhost");
+  const Json control = page.wait_for("control", [](const Json&) { return true; });
+  EXPECT_FALSE(control.at("stop"));
+  EXPECT_NE(control.at("refusal").get<std::string>().find("operator"), std::string::npos);
+  EXPECT_FALSE(answer(page, {{"op", "stop"}}).at("done"));
+  page.wait_for("frame", [](const Json& frame) { return !frame.at("arms")[0][0].is_null(); });
+  view->signal(SIGINT);
+  EXPECT_EQ(view->wait(), 0) << view->err();
+  std::filesystem::rename(folder_.path() / "away", services::enclave_folder(keystore(), "localhost", Role::kOperator));
 }
 
 TEST_F(SecuredCell, RestartsAProcessWithItsKeys) {

@@ -142,6 +142,7 @@ export class ArmFigure {
   private readonly visuals: THREE.Object3D[] = [];
   private readonly visualMaterials: { material: THREE.Material; opacity: number }[] = [];
   private readonly ghost: LinkTree;
+  private draft: { tree: LinkTree; material: THREE.MeshLambertMaterial } | null = null;
   private halos: THREE.Mesh[] | null = null;
   private wires: THREE.Mesh[] | null = null;
   private readonly geometries = new Map<number, THREE.BufferGeometry>();
@@ -210,6 +211,28 @@ export class ArmFigure {
     if (q) this.ghost.move(q);
   }
 
+  /** The ghost of a goal that is dragged; null: none. */
+  showDraft(q: readonly number[] | null, colour: THREE.ColorRepresentation): void {
+    if (!this.draft) {
+      if (q === null) return;
+      this.draft = this.makeDraft();
+    }
+    this.draft.tree.root.visible = q !== null;
+    this.draft.material.color.set(colour);
+    if (q) this.draft.tree.move(q);
+  }
+  private makeDraft(): { tree: LinkTree; material: THREE.MeshLambertMaterial } {
+    const tree = new LinkTree(this.arm);
+    const material = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.55, depthWrite: false });
+    for (const [link, geometry] of this.geometries) this.attach(tree, link, geometry, material);
+    this.scene.add(tree.root);
+    return { tree, material };
+  }
+  /** Colour of that ghost, "e5605e"; null: it is not shown. For tests. */
+  get draftColour(): string | null {
+    return this.draft?.tree.root.visible ? this.draft.material.color.getHexString() : null;
+  }
+
   showLayers(layers: Layers): void {
     if (layers.halos && !this.halos) this.halos = this.makeHalos();
     if (layers.planning && !this.wires) this.wires = this.makeWires();
@@ -276,12 +299,17 @@ export class ArmFigure {
     const tool = this.toolOffset.set(this.arm.tool[0], this.arm.tool[1], this.arm.tool[2]);
     return out.copy(tool).applyMatrix4(this.tree.links[this.arm.tool_link].matrixWorld);
   }
+  /** The frame of the tool in W. */
+  toolMatrix(): THREE.Matrix4 {
+    return matrixOf(this.arm.tool).premultiply(this.tree.links[this.arm.tool_link].matrixWorld);
+  }
   /** For hits of the pointer. */
   get parts(): THREE.Object3D[] {
     return [...this.bodies.filter((mesh) => mesh.visible), ...this.visuals];
   }
   remove(): void {
     this.scene.remove(this.tree.root, this.ghost.root);
+    if (this.draft) this.scene.remove(this.draft.tree.root);
     this.geometries.forEach((geometry) => geometry.dispose());
   }
 }

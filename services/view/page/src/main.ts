@@ -1,5 +1,7 @@
 /// Connects the stream with the scene and the panels, and handles keys.
 import { Connection } from "./connection";
+import { DraftBar } from "./draft_bar";
+import { GoalDraft } from "./goal_draft";
 import { OrderBook, tokenIn } from "./orders";
 import { OrdersPanel } from "./orders_panel";
 import { byId, Panel } from "./panel";
@@ -98,7 +100,9 @@ byId("help").onclick = () => actions.get("?")?.();
 keys.innerHTML = "<table>" + [
   ...VIEWS.map(([, text, key]) => [key, text]), ["f", "Follow the selected arm"],
   ...TOGGLES.map(([, text, key]) => [key, text]), ["t", "Dark or light"], ["/", "Search"], ["↑ ↓", "Select an arm"],
-  ["?", "This table"], ["Esc", "Stop the cell, from anywhere on the page (no safety function)"],
+  ["d", "Drag a goal of the selected arm; Enter: go there"],
+  ["r", "The gizmo rotates or moves"], ["?", "This table"],
+  ["Esc", "Stop the cell, from anywhere on the page (no safety function). While this table is open: only close it"],
 ].map(([key, text]) => `<tr><td><kbd>${key.length > 1 ? key : key.toUpperCase()}</kbd></td><td>${text}</td></tr>`).join("") +
   '</table><p class="dim">Search for words, or for a state: is:waiting, is:held.</p>' +
   '<form method="dialog"><button>Close</button> <a href="licenses.txt">Licenses</a></form>';
@@ -106,6 +110,7 @@ keys.innerHTML = "<table>" + [
 // --- selection and search
 
 function select(arm: string | null): void {
+  if (draft.arm !== null && draft.arm !== arm) draft.cancel();
   selected = arm;
   scene.select(arm);
   panel.select(arm);
@@ -138,8 +143,14 @@ function refresh(): void {
 /** In the capture phase and with any modifier: no other handler comes first. */
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || event.repeat) return;
+  if (keys.open) {
+    keys.close();
+    event.preventDefault();
+    return;
+  }
   orders.stop();
   scene.ghost.cancel();
+  draft.cancel();
   if (event.target !== search) return;
   search.value = "";
   search.dispatchEvent(new Event("input"));
@@ -153,7 +164,9 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "/") search.focus();
   else if (event.key === "ArrowDown") step(1);
   else if (event.key === "ArrowUp") step(-1);
-  else {
+  else if (event.key === "Enter" && draft.arm !== null && !keys.open && !(event.target instanceof HTMLButtonElement)) {
+    if (!event.repeat) goThere();
+  } else {
     const action = actions.get(event.key.toLowerCase());
     // Space presses the button that has the focus.
     if (!action || (event.key === " " && event.target instanceof HTMLButtonElement)) return;
@@ -176,6 +189,7 @@ const orders = new OrderBook((message) => connection.send(message), token);
 const ordersPanel = new OrdersPanel(byId("orders"), byId("stop") as HTMLButtonElement, orders);
 setInterval(() => orders.keepControl(), 2000);
 orders.onChange = () => {
+  if (!orders.controls) draft.cancel(); // it was released or lost, or there is no connection
   ordersPanel.show();
   showObstacle();
   // The ghost is where it was dropped until the cell has answered.
@@ -191,6 +205,7 @@ function showObstacle(): void {
   ordersPanel.chooseObstacle(obstacle);
 }
 function chooseObstacle(name: string): void {
+  draft.cancel();
   obstacle = obstacle === name ? null : name;
   showObstacle();
 }
@@ -199,7 +214,53 @@ scene.ghost.onDrop = (name, pose) => {
   if (!orders.give({ op: "obstacle_move", name, pose }, `move ${name}`)) scene.ghost.cancel();
 };
 ordersPanel.placeForObstacle = () => scene.centre;
-ordersPanel.onRotation = (rotates) => scene.ghost.setRotation(rotates);
+
+// --- the goal that is dragged
+
+const draft = new GoalDraft((message) => connection.send(message), () => performance.now());
+const draftBar = new DraftBar(byId("draft"), draft);
+setInterval(() => draft.ask(), 50);
+let drafted: string | null = null; // the arm that the scene shows a gizmo for
+draft.onChange = () => {
+  if (draft.arm !== drafted) {
+    drafted = draft.arm;
+    scene.dragGoal(drafted);
+  }
+  if (drafted !== null) scene.showDraft(draft.q, draft.blocked ? "blocked" : draft.near ? "near" : "free");
+  ordersPanel.setDrag(drafted !== null);
+  draftBar.show();
+};
+scene.onTool = (pose) => draft.move(pose);
+
+function toggleDraft(): void {
+  if (draft.arm !== null) draft.cancel();
+  else if (orders.controls && selected !== null && scene.drawn(selected) !== null) {
+    if (obstacle !== null) chooseObstacle(obstacle); // one gizmo at a time
+    if (document.activeElement instanceof HTMLElement) document.activeElement.blur(); // Enter shall press no button
+    draft.begin(selected, scene.jointsOf(selected));
+  }
+}
+/** The one order of a drag. */
+function goThere(): void {
+  const order = draft.order;
+  if (order === null) return;
+  const arm = draft.arm;
+  draft.cancel();
+  orders.give(order, `${arm} to the dragged goal`);
+}
+actions.set("d", toggleDraft);
+ordersPanel.onDrag = toggleDraft;
+draftBar.onGo = goThere;
+
+let rotates = false; // the gizmo
+function rotate(): void {
+  rotates = !rotates;
+  scene.setRotation(rotates);
+  ordersPanel.setRotation(rotates);
+  draftBar.setRotation(rotates);
+}
+actions.set("r", rotate);
+draftBar.onRotate = ordersPanel.onRotate = rotate;
 
 /** The keys of a recording. */
 function addReplayKeys(): void {
@@ -232,6 +293,7 @@ connection.onMessage = (message: Message, now: number) => {
       cellText = JSON.stringify(message);
       order = message.arms.map((arm) => arm.name);
       if (selected !== null && !order.includes(selected)) selected = null;
+      draft.cancel();
       scene.setCell(message);
       scene.setToggles(toggles);
       panel.setCell(message);
@@ -242,7 +304,11 @@ connection.onMessage = (message: Message, now: number) => {
       orders.setControl(message);
       break;
     case "reply":
-      orders.setReply(message);
+      if (message.op === "preview") draft.refused(message.id, message.text);
+      else orders.setReply(message);
+      break;
+    case "preview":
+      draft.setAnswer(message);
       break;
     case "obstacles":
       obstacles = message;
@@ -299,4 +365,4 @@ if (forPictures) {
 }
 
 // For tests: what the page shows, in numbers.
-Object.assign(window, { hecaton: { scene, select, timeline, orders } });
+Object.assign(window, { hecaton: { scene, select, timeline, orders, draft } });

@@ -24,7 +24,11 @@ export class OrdersPanel {
   private readonly cancel: HTMLButtonElement;
   /** Where a new obstacle appears [m]. */
   placeForObstacle: () => [number, number, number] = () => [0, 0, 0];
-  onRotation: (rotates: boolean) => void = () => {};
+  onRotate: () => void = () => {};
+  private readonly turn: HTMLButtonElement;
+  /** Begins or ends the drag of a goal of the selected arm. */
+  onDrag: () => void = () => {};
+  private readonly drag: HTMLButtonElement;
   private obstacle: string | null = null;
   private readonly forObstacle = document.createElement("div");
   private readonly obstacleName = document.createElement("strong");
@@ -60,11 +64,14 @@ export class OrdersPanel {
       if (this.arm === null) return;
       book.give({ op: "goal", arm: this.arm, named: this.pose.value }, `${this.arm} to ${this.pose.value}`);
     });
+    this.drag = this.button(goalRow, "Drag a goal", () => this.onDrag());
+    this.drag.title = "Shows a ghost of the arm with a gizmo at its tool (D). Nothing moves before the order.";
+    this.drag.id = "draggoal";
     this.cancel = this.button(goalRow, "Cancel goal", () => {
       const goal = this.goal();
       if (this.arm !== null && goal) book.give({ op: "cancel", arm: this.arm, goal }, `cancel the goal of ${this.arm}`);
     });
-    this.addObstacleRows();
+    this.turn = this.addObstacleRows();
     const note = document.createElement("p");
     note.className = "dim";
     note.textContent = "Stop is an order over the network, not a safety function. In danger press the emergency stop of the robot.";
@@ -94,14 +101,11 @@ export class OrdersPanel {
     this.show();
   }
 
-  private addObstacleRows(): void {
+  /** Returns the button that rotates the gizmo. */
+  private addObstacleRows(): HTMLButtonElement {
     const chosen = this.row(this.forObstacle);
     chosen.append(this.obstacleName);
-    const turn = this.button(chosen, "Rotate", () => {
-      const rotates = turn.getAttribute("aria-pressed") !== "true";
-      turn.setAttribute("aria-pressed", String(rotates));
-      this.onRotation(rotates);
-    });
+    const turn = this.button(chosen, "Rotate", () => this.onRotate());
     this.button(chosen, "Remove", () => {
       if (this.obstacle !== null) this.book.give({ op: "obstacle_remove", name: this.obstacle }, `remove ${this.obstacle}`);
     }).className = "warn";
@@ -115,7 +119,7 @@ export class OrdersPanel {
     name.id = "newname";
     name.placeholder = "obstacle's name";
     name.setAttribute("aria-label", "Name of a new obstacle");
-    added.append(name, shape);
+    added.append(shape, name);
     this.button(added, "Add", () => {
       const { kind, size, half } = ADDED[Number(shape.value)];
       const [x, y] = this.placeForObstacle();
@@ -124,6 +128,15 @@ export class OrdersPanel {
       const order: Order = { op: "obstacle_add", name: name.value.trim(), shape: { kind, size }, pose: [x, y, z, 0, 0, 0, 1] };
       this.book.give(order, `add ${name.value.trim()}`);
     });
+    return turn;
+  }
+
+  setRotation(rotates: boolean): void {
+    this.turn.setAttribute("aria-pressed", String(rotates));
+  }
+  /** A goal is dragged. */
+  setDrag(drags: boolean): void {
+    this.drag.setAttribute("aria-pressed", String(drags));
   }
 
   /** The selected arm's present goal. */

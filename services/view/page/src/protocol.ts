@@ -221,23 +221,41 @@ export interface ReplyMessage {
   number?: number; // of this page, when it took control
 }
 
+/** The answer to a `preview`: joint positions for a pose of the tool. */
+export interface PreviewMessage {
+  type: "preview";
+  id: number; // of the question
+  arm: string;
+  q: number[]; // for the pose, or for the nearest one; empty: none
+  verdict: "free" | "near" | "occupied" | "collision" | "unreachable" | "unknown";
+  accepted: boolean; // q may be a goal
+  text: string; // why not, in a sentence; empty: nothing to say
+  pair: { own: string; other: string; distance: number } | null; // the nearest bodies, when they are near
+}
+
 /** Without arms: for the cell. */
 export type Order =
   | { op: "stop" | "hold" | "resume"; arms?: string[] }
   | { op: "take"; token: string }
   | { op: "release" }
   | { op: "goal"; arm: string; named: string }
+  | { op: "goal"; arm: string; q: number[] }
   | { op: "cancel"; arm: string; goal: string }
   | { op: "obstacle_add"; name: string; shape: { kind: "box" | "sphere" | "cylinder"; size: number[] }; pose: Pose }
   | { op: "obstacle_move"; name: string; pose: Pose }
   | { op: "obstacle_remove"; name: string };
 
-/** What a page sends. `alive` keeps the control of a page that gives no order. */
-export type Sent = Command | { op: "alive" } | (Order & { id: number });
+/** What a page sends. `alive` keeps the control of a page that gives no order. `preview` asks for joint positions that
+ * bring the tool to a pose, from those of `start`; only the newest question has an answer. */
+export type Sent =
+  | Command
+  | { op: "alive" }
+  | { op: "preview"; id: number; arm: string; pose: Pose; start: number[] }
+  | (Order & { id: number });
 
 export type Message =
   CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | RecordingMessage | PlaybackMessage | ControlMessage |
-  ReplyMessage;
+  ReplyMessage | PreviewMessage;
 
 /** What a page of a recording sends. A step goes to the next or previous state of the arm; empty: of any arm. */
 export type Command =

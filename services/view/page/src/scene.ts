@@ -3,9 +3,10 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./figures";
 import { GhostDrag } from "./ghost_drag";
+import { Gizmo } from "./gizmo";
 import { PoseTrack, ServerClock, SHOWN_DELAY, Track } from "./motion";
 import { nearestOf, type Segment } from "./nearest";
-import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, StatusMessage } from "./protocol";
+import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, Pose, StatusMessage } from "./protocol";
 import { loadVisuals } from "./visuals";
 import { distanceText, MARKS, stateOf } from "./words";
 
@@ -27,6 +28,10 @@ const PRESETS: Record<Preset, THREE.Vector3> = {
   side: new THREE.Vector3(0, -1, 0.12),
 };
 const TRAIL_POINTS = 90; // three seconds
+
+/** How the ghost of a dragged goal looks. */
+export type DraftLook = "free" | "near" | "blocked";
+const DRAFT_COLOURS: Record<DraftLook, number> = { free: 0x7fa8d9, near: 0xe8b04a, blocked: 0xe5605e };
 
 interface ArmEntry {
   figure: ArmFigure;
@@ -54,6 +59,10 @@ export class CellScene {
   onSelect: (arm: string | null) => void = () => {};
   onObstacle: (obstacle: string) => void = () => {};
   readonly ghost: GhostDrag;
+  /** The tool of the arm whose goal is dragged has moved. */
+  onTool: (pose: Pose) => void = () => {};
+  private readonly tool: Gizmo; // at the tool of that arm
+  private dragged: string | null = null; // that arm
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly overlay = new THREE.Group(); // names and lines, placed after the bodies
@@ -88,7 +97,10 @@ export class CellScene {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
-    this.ghost = new GhostDrag(this.camera, this.renderer.domElement, this.controls, this.scene);
+    const gizmo = (): Gizmo => new Gizmo(this.camera, this.renderer.domElement, this.controls, this.scene);
+    this.ghost = new GhostDrag(gizmo());
+    this.tool = gizmo();
+    this.tool.onMove = () => this.onTool(this.tool.pose);
     this.scene.matrixWorldAutoUpdate = false; // once a frame, before the lines between bodies are drawn
     const sky = new THREE.HemisphereLight(0xffffff, 0x555a60, 1.9);
     sky.position.set(0, 0, 1);
@@ -108,6 +120,7 @@ export class CellScene {
       entry.figure.remove();
       this.overlay.remove(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, entry.trail);
     }
+    this.dragGoal(null);
     this.arms.clear();
     this.clock.reset();
     this.floor = cell.floor;
@@ -222,13 +235,51 @@ export class CellScene {
   chooseObstacle(name: string | null): void {
     this.ghost.choose(name === null ? null : this.obstacles.get(name)?.figure.obstacle ?? null);
   }
+  /** Shows a gizmo at the tool of an arm, and the ghost of its goal; null: neither, and a drag under way ends. */
+  dragGoal(arm: string | null): void {
+    if (this.dragged !== null) this.arms.get(this.dragged)?.figure.showDraft(null, 0);
+    this.tool.hide();
+    const entry = arm === null ? undefined : this.arms.get(arm);
+    this.dragged = entry && arm !== null ? arm : null;
+    if (!entry) return;
+    this.tool.setMatrix(entry.figure.toolMatrix());
+    this.tool.show();
+  }
+  showDraft(q: readonly number[], look: DraftLook): void {
+    if (this.dragged !== null) this.arms.get(this.dragged)?.figure.showDraft(q, DRAFT_COLOURS[look]);
+  }
+  /** Of both gizmos. */
+  setRotation(rotates: boolean): void {
+    this.ghost.gizmo.setRotation(rotates);
+    this.tool.setRotation(rotates);
+  }
+  /** How an arm is drawn; empty: never. */
+  jointsOf(arm: string): readonly number[] {
+    return this.arms.get(arm)?.figure.q ?? [];
+  }
+  /** Colour of the ghost of the dragged goal; null: none. For tests. */
+  get draftColour(): string | null {
+    return (this.dragged === null ? null : this.arms.get(this.dragged)?.figure.draftColour) ?? null;
+  }
+  /** The tool of an arm as it is drawn, in W. For tests. */
+  toolOf(arm: string): Pose | null {
+    const matrix = this.arms.get(arm)?.figure.toolMatrix();
+    if (!matrix) return null;
+    const [p, q] = [new THREE.Vector3(), new THREE.Quaternion()];
+    matrix.decompose(p, q, new THREE.Vector3());
+    return [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+  }
+  /** Where the tool is wanted. For tests. */
+  get wantedTool(): Pose {
+    return this.tool.pose;
+  }
   /** The point that the camera looks at. */
   get centre(): [number, number, number] {
     return this.controls.target.toArray();
   }
-  /** Where the gizmo of the chosen obstacle is on the screen [px]. For tests. */
+  /** Where the gizmo of the dragged goal or of the chosen obstacle is on the screen [px]. For tests. */
   gizmoOnScreen(): [number, number] {
-    const point = this.ghost.place(this.camera);
+    const point = (this.dragged === null ? this.ghost.gizmo : this.tool).place(this.camera);
     return [((point.x + 1) / 2) * this.host.clientWidth, ((1 - point.y) / 2) * this.host.clientHeight];
   }
   /** Where an obstacle is drawn [m]. For tests. */
@@ -440,10 +491,14 @@ export class CellScene {
   private listenForSelection(): void {
     const canvas = this.renderer.domElement;
     let pressed: [number, number] = [0, 0];
-    canvas.addEventListener("pointerdown", (event) => (pressed = [event.clientX, event.clientY]));
+    let onGizmo = false;
+    canvas.addEventListener("pointerdown", (event) => {
+      pressed = [event.clientX, event.clientY];
+      onGizmo = this.ghost.gizmo.touched || this.tool.touched;
+    });
     canvas.addEventListener("pointerup", (event) => {
       if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 5) return; // the camera was turned
-      if (this.ghost.busy) return;
+      if (onGizmo) return;
       const place = canvas.getBoundingClientRect();
       const point = new THREE.Vector2(((event.clientX - place.left) / place.width) * 2 - 1,
                                       1 - ((event.clientY - place.top) / place.height) * 2);

@@ -115,6 +115,43 @@ TEST_F(Puma, UnwindsFullTurnsTowardsTheStart) {
   EXPECT_NEAR((*q)[5], 4.0, 1e-2);
 }
 
+TEST_F(Puma, FollowsAToolPoseThatMoves) {
+  JointVector q = ready_;
+  Pose X_WT = tool(arm_, ready_);
+  for (int i = 0; i < 20; ++i) {
+    X_WT.translation().z() += 0.01;
+    const NearestPose nearest = nearest_pose(arm_, X_WT, q);
+    ASSERT_LE(nearest.error.position, 1.001e-4);
+    ASSERT_LE(nearest.error.orientation, 1.001e-3);
+    ASSERT_LE((tool(arm_, nearest.q).translation() - X_WT.translation()).norm(), 1.001e-4);
+    ASSERT_LT((nearest.q - q).cwiseAbs().maxCoeff(), 0.2) << i;
+    q = nearest.q;
+  }
+}
+
+TEST_F(Puma, StretchesTowardsAPoseOutOfReach) {
+  Pose X_WT = tool(arm_, ready_);
+  X_WT.translation().x() += 3.0;
+  const NearestPose nearest = nearest_pose(arm_, X_WT, ready_);
+  EXPECT_TRUE(within(arm_.limits, nearest.q));
+  const Pose reached = tool(arm_, nearest.q);
+  EXPECT_NEAR(nearest.error.position, (reached.translation() - X_WT.translation()).norm(), 1e-9);
+  EXPECT_NEAR(nearest.error.orientation, angle_between(reached, X_WT), 1e-6);
+  // No small motion of one joint is nearer, where 1 rad counts as 0.3 m.
+  const auto cost = [&](const JointVector& q) {
+    const Pose X = tool(arm_, q);
+    return std::hypot((X.translation() - X_WT.translation()).norm(), 0.3 * angle_between(X, X_WT));
+  };
+  for (int j = 0; j < 6; ++j) {
+    for (const double step : {-0.01, 0.01}) {
+      JointVector moved = nearest.q;
+      moved[j] += step;
+      if (!within(arm_.limits, moved)) continue;
+      EXPECT_GE(cost(moved), cost(nearest.q) - 1e-6) << j;
+    }
+  }
+}
+
 TEST_F(Puma, IsEmptyOutOfReach) {
   Pose X_WT = tool(arm_, ready_);
   X_WT.translation().x() += 3.0;

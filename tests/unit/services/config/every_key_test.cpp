@@ -27,7 +27,7 @@ name: everything
 network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
-view: {host: alpha, listen: 10.0.0.1, port: 8099}
+view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true}
 record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
@@ -167,6 +167,8 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.view->host, "alpha");
   EXPECT_EQ(file_.view->listen, "10.0.0.1");
   EXPECT_EQ(file_.view->port, 8099);
+  EXPECT_TRUE(file_.view->control);
+  EXPECT_TRUE(file_.view->no_stop);
   ASSERT_EQ(file_.hosts.size(), 2U);
   EXPECT_EQ(file_.hosts[1].name, "beta");
   EXPECT_EQ(file_.hosts[1].address, "beta.local");

@@ -147,6 +147,88 @@ TEST_F(OrdersTest, RefuseMalformedOrdersWithASentence) {
             "the order needs 'pose', a list of 7 numbers");
   EXPECT_EQ(text({{"op", "obstacle_remove"}, {"name", std::string(200, 'a')}}),
             "the order needs 'name', a text of at most 128 bytes");
+  EXPECT_EQ(text({{"op", "goal"}, {"arm", "north"}, {"q", {0, 1, 2}}}), "the order needs 'q', a list of 6 numbers");
+  EXPECT_EQ(text({{"op", "goal"}, {"arm", "north"}, {"q", {0, 1, 2, 3, 4, nullptr}}}),
+            "the order needs 'q', a list of 6 numbers");
+}
+
+TEST_F(OrdersTest, TakeAGoalOfJointPositions) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  EXPECT_TRUE(reply_to(first_, {{"op", "goal"}, {"arm", "north"}, {"q", {0, 1, 2, 0, 0, 0}}}).is_null())
+      << "it waits for a cell, and is not refused";
+}
+
+Json preview_question(std::int64_t id) {
+  return {{"op", "preview"}, {"id", id}, {"arm", "west"}, {"pose", {0.1, 0.2, 0.3, 0, 0, 0, 1}}};
+}
+
+TEST_F(OrdersTest, TakePreviewsFromThePageThatControls) {
+  EXPECT_EQ(reply_to(first_, preview_question(-1)).at("text"), "this page does not control the cell");
+  EXPECT_FALSE(orders_->take_preview());
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  EXPECT_TRUE(reply_to(first_, preview_question(-2)).is_null());
+  EXPECT_EQ(reply_to(second_, preview_question(-3)).at("text"), "this page does not control the cell");
+  const auto question = orders_->take_preview();
+  ASSERT_TRUE(question);
+  EXPECT_EQ(question->page, 1U);
+  EXPECT_EQ(question->id, -2);
+  EXPECT_EQ(question->arm, 1);
+  EXPECT_EQ(question->start.size(), 0);
+  EXPECT_TRUE(question->X_WT.translation().isApprox(Eigen::Vector3d(0.1, 0.2, 0.3)));
+  EXPECT_TRUE(question->X_WT.linear().isIdentity());
+  EXPECT_FALSE(orders_->take_preview()) << "once";
+}
+
+TEST_F(OrdersTest, KeepOnlyTheNewestPreviewAndCountNone) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  for (int i = 1; i <= 1000; ++i) EXPECT_TRUE(reply_to(first_, preview_question(-i)).is_null());
+  EXPECT_EQ(orders_->take_preview()->id, -1000);
+  EXPECT_FALSE(orders_->take_preview());
+  EXPECT_EQ(reply_to(first_, {{"id", 3}, {"op", "goal"}, {"arm", "south"}}).at("text"), "'south' is no arm of the cell")
+      << "orders are not used up";
+}
+
+TEST_F(OrdersTest, ForgetThePreviewOfAPageThatNoLongerControls) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  EXPECT_TRUE(reply_to(first_, preview_question(-1)).is_null());
+  EXPECT_TRUE(reply_to(first_, {{"id", 2}, {"op", "release"}}).at("done"));
+  EXPECT_FALSE(orders_->take_preview());
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  EXPECT_TRUE(reply_to(first_, preview_question(-1)).is_null());
+  orders_->left(first_);
+  EXPECT_FALSE(orders_->take_preview());
+}
+
+TEST_F(OrdersTest, RefuseMalformedPreviewsWithASentence) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  const auto text = [&](const char* key, const Json& value) {
+    Json message = preview_question(-1);
+    message[key] = value;
+    const Json reply = reply_to(first_, message);
+    EXPECT_EQ(reply.at("op"), "preview");
+    EXPECT_FALSE(orders_->take_preview());
+    return reply.at("text").get<std::string>();
+  };
+  EXPECT_EQ(text("arm", "south"), "'south' is no arm of the cell");
+  EXPECT_EQ(text("arm", 3), "the order needs 'arm', a text of at most 128 bytes");
+  EXPECT_EQ(text("pose", Json::array()), "the order needs 'pose', a list of 7 numbers");
+  EXPECT_EQ(text("pose", {0, 0, "x", 0, 0, 0, 1}), "the order needs 'pose', a list of 7 numbers");
+  EXPECT_EQ(text("pose", {0, 0, 0, 0, 0, 0, 0}), "the rotation of 'pose' must be a unit quaternion");
+  EXPECT_EQ(text("pose", {0, 0, 1001.0, 0, 0, 0, 1}), "the position of 'pose' must be within 1000 m of the origin");
+  EXPECT_EQ(text("start", {0, 0}), "the order needs 'start', a list of 6 numbers");
+  EXPECT_EQ(text("start", {0, 0, 0, 0, 0, nullptr}), "the order needs 'start', a list of 6 numbers");
+}
+
+TEST_F(OrdersTest, MoveTheStartOfAPreviewWithinTheLimits) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  Json message = preview_question(-1);
+  message["start"] = {1e9, -1e9, 0, 0, 0, 0};
+  EXPECT_TRUE(reply_to(first_, message).is_null());
+  const planner::JointLimits& limits = file_.cell.arms[1].arm.limits;
+  const auto question = orders_->take_preview();
+  ASSERT_TRUE(question);
+  EXPECT_EQ(question->start[0], limits.upper[0]);
+  EXPECT_EQ(question->start[1], limits.lower[1]);
 }
 
 }  // namespace
