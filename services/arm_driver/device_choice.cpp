@@ -50,6 +50,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   setup.checkpoint = checkpoint;
   setup.where = file.devices[arm].where;
   setup.values = file.devices[arm].values;
+  setup.joint_names = planned.arm.model->joint_names;
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }

@@ -140,6 +140,7 @@ struct DeviceSetup {
   std::chrono::nanoseconds command_timeout{0};             ///< silence of commands after which the driver stops the arm
   DeviceLog log = {};                                      ///< for events of the device; empty: none are logged
   std::vector<bool> prismatic = {};                        ///< of each joint; empty: all are revolute
+  std::vector<std::string> joint_names = {};               ///< of each joint in the robot description
 };
 
 /// A port of this machine on which a device listens.
