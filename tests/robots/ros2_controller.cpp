@@ -4,7 +4,10 @@
 ///
 /// usage: ros2_controller --joints NAME,… [--kind position|trajectory] [--controller NAME] [--namespace /NAME]
 ///                        [--domain N] [--start Q,…] [--others NAME,…] [--rate HZ] [--lag S] [--from-desired]
-///                        [--no-velocity] [--scaling-topic NAME] [--address A]
+///                        [--no-velocity] [--scaling-topic NAME] [--key-hash] [--address A]
+///
+/// --from-desired: parameter interpolate_from_desired_state of the trajectory controller. --key-hash: as nodes of
+/// rmw_fastrtps announce that an endpoint ends; Fast DDS does not understand how Cyclone DDS does it.
 ///
 /// Tests give orders on TCP port 30999 of the address, and people on the standard input: a line each, answered by a
 /// line of JSON. The orders are those of Robot::order(). The hardware is a servo of first order for each joint.
@@ -14,6 +17,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -633,6 +637,8 @@ Options read(const Names& words) {
       options.velocity = false;
     } else if (word == "--scaling-topic") {
       options.scaling_topic = value();
+    } else if (word == "--key-hash") {
+      ::setenv("CYCLONEDDS_URI", "<Internal><GenerateKeyhash>true</GenerateKeyhash></Internal>", 1);
     } else if (word == "--address") {
       options.address = value();
     } else {
