@@ -1,13 +1,8 @@
 /// Simulates an arm in ros2_control on the network: joint_state_broadcaster, and a forward position controller or a
-/// joint trajectory controller. It uses Cyclone DDS, and shares no code with the driver: it is written from the
+/// joint trajectory controller. It uses Cyclone DDS, and shares no code with the driver. Its sources are the
 /// definitions of the messages and the documentation of the controllers.
 ///
-/// usage: ros2_controller --joints NAME,… [--kind position|trajectory] [--controller NAME] [--namespace /NAME]
-///                        [--domain N] [--start Q,…] [--others NAME,…] [--rate HZ] [--lag S] [--from-desired]
-///                        [--no-velocity] [--scaling-topic NAME] [--key-hash] [--address A]
-///
-/// --from-desired: parameter interpolate_from_desired_state of the trajectory controller. --key-hash: as nodes of
-/// rmw_fastrtps announce that an endpoint ends; Fast DDS does not understand how Cyclone DDS does it.
+/// usage: ros2_controller --joints NAME,… [OPTION…]. The options are those of the struct Options.
 ///
 /// Tests give orders on TCP port 30999 of the address, and people on the standard input: a line each, answered by a
 /// line of JSON. The orders are those of Robot::order(). The hardware is a servo of first order for each joint.
@@ -54,19 +49,20 @@ constexpr std::uint16_t kControlPort = 30999;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct Options {
-  int domain = 0;
-  std::string ns;
-  std::string controller;
-  std::string address = "127.0.0.13";
-  std::string scaling_topic;
-  bool trajectory = true;
-  bool from_desired = false;
-  bool velocity = true;
-  Names joints;
-  Names others;
-  Values start;
-  double rate = 250.0;  // [Hz]
-  double lag = 0.03;    // of the servo [s]
+  int domain = 0;                      // --domain N
+  std::string ns;                      // --namespace /NAME
+  std::string controller;              // --controller NAME
+  std::string address = "127.0.0.13";  // --address A: for orders
+  std::string scaling_topic;           // --scaling-topic NAME: publishes the speed scaling in percent
+  bool trajectory = true;              // --kind position|trajectory
+  bool from_desired = false;           // --from-desired: parameter interpolate_from_desired_state
+  bool velocity = true;                // --no-velocity: positions alone are measured
+  Names joints;                        // --joints NAME,…
+  Names others;                        // --others NAME,…: joints of other robots in the same messages
+  Values start;                        // --start Q,… [rad]
+  double rate = 250.0;                 // --rate HZ: of the controller manager
+  double lag = 0.03;                   // --lag S: of the servos
+  // --key-hash: endpoints end as those of rmw_fastrtps. Fast DDS does not read how Cyclone DDS announces it.
 };
 
 dds_entity_t checked(dds_return_t result, const std::string& what) {

@@ -87,7 +87,8 @@ std::optional<double> JointStates::velocity(const Joint& joint, const Message& m
   if (by_arrival > limit) return std::nullopt;
   const double dt = by_stamp >= kShortestStep && by_stamp <= limit ? by_stamp : by_arrival;
   if (dt < kShortestStep) return joint.qd;
-  return (message.content.position[place] - joint.q) / dt;
+  const double velocity = (message.content.position[place] - joint.q) / dt;
+  return std::isfinite(velocity) ? std::optional(velocity) : std::nullopt;
 }
 
 JointState JointStates::measured() const {
