@@ -74,6 +74,22 @@ void require_own_ports(const config::CellFile& file, std::span<const device::Dev
   }
 }
 
+/// Two drivers that command the same controller would move one arm against each other.
+void require_own_claims(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  std::map<std::string, std::string> owners;
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+    const device::DeviceType& type = type_of(file.devices[arm], types);
+    if (type.claims == nullptr) continue;
+    for (const device::Claim& claim : type.claims(setup_of(file, arm, {}))) {
+      const std::string& name = file.cell.arms[arm].arm.name;
+      const auto [owner, is_free] = owners.try_emplace(claim.what, name);
+      if (is_free) continue;
+      throw ConfigError(file.devices[arm].where + "." + claim.key + " must be another one: " + claim.what +
+                        " moves arm " + owner->second + " already");
+    }
+  }
+}
+
 }  // namespace
 
 void require_known_devices(const config::CellFile& file, std::span<const device::DeviceType> types) {
@@ -81,6 +97,7 @@ void require_known_devices(const config::CellFile& file, std::span<const device:
   try {
     for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) (void)make_device(file, arm, {}, types);
     require_own_ports(file, types);
+    require_own_claims(file, types);
   } catch (const std::runtime_error& error) {
     throw ConfigError(error.what());
   }

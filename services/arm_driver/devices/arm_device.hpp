@@ -149,6 +149,12 @@ struct ListeningPort {
   std::string key;  ///< of `device:` that sets it
 };
 
+/// Something that moves one arm only, such as a controller on the network.
+struct Claim {
+  std::string what;  ///< the same text for the same thing, on all hosts
+  std::string key;   ///< of `device:` that names it
+};
+
 /// One kind of device, which `device: {type: …}` in the cell file may name.
 struct DeviceType {
   std::string type;                    ///< its name in the cell file
@@ -163,6 +169,8 @@ struct DeviceType {
   /// What a person does after `hecaton up` until the arm follows: commands, or comments that begin with #. ARM stands
   /// for the name of the arm. Empty: the arm follows by itself.
   std::vector<std::string_view> steps{};
+  /// What no other arm of the cell may use. Null: nothing. Throws as make.
+  std::vector<Claim> (*claims)(const DeviceSetup& setup) = nullptr;
 };
 
 /// The kinds of devices of this program.

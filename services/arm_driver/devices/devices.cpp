@@ -28,7 +28,8 @@ const std::vector<DeviceType>& device_types() {
        nullptr,
        ros2_control_notes,
        {"# on the machine of ARM: start its driver of ros2_control and activate the controller", "hecaton resume ARM",
-        "# the real arm ARM moves now: stand at its emergency stop"}},
+        "# the real arm ARM moves now: stand at its emergency stop"},
+       ros2_control_claims},
   };
   return types;
 }

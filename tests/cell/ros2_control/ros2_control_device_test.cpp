@@ -226,6 +226,23 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenTwoNodesPublishItsJoints) {
   resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
 }
 
+TEST_P(Ros2ControlDevice, NeverBelievesTheSecondNode) {
+  begin();
+  robot_->order("second on");  // it publishes 0.5 rad for each joint
+  ASSERT_TRUE(until([this] { return says("two nodes publish joint l_"); })) << text();
+  for (const auto end = device::Clock::now() + 4s; device::Clock::now() < end;)
+    period();  // it connects again and again
+  EXPECT_FALSE(session_->active());
+  EXPECT_EQ(robot_->state().at("commands"), 0);
+}
+
+TEST_P(Ros2ControlDevice, NamesAnAddressThatThisMachineDoesNotHave) {
+  begin({}, {{"address", "203.0.113.7"}});
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("cannot join domain " + std::to_string(domain_.number()) + " of ROS 2: ")) << text();
+  EXPECT_TRUE(says("203.0.113.7")) << text();
+}
+
 TEST_P(Ros2ControlDevice, NamesAMissingJoint) {
   begin({"--others", "finger"});
   robot_->order("lack l_wrist");

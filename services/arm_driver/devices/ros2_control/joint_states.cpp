@@ -12,6 +12,8 @@ namespace {
 /// In a sentence.
 constexpr std::size_t kMostNames = 8;
 constexpr std::size_t kMostLetters = 40;
+/// Other publishers of joint states are slow: joint_state_publisher has a period of 0.1 s.
+constexpr std::chrono::seconds kConflictMemory{2};
 /// Shorter steps amplify the rounding of positions [s].
 constexpr double kShortestStep = 1e-4;
 
@@ -124,7 +126,7 @@ std::string JointStates::complaint() const {
 }
 
 std::optional<std::string> JointStates::twice_published(Clock::time_point now) const {
-  if (!conflict_ || now - conflict_->at >= silence_limit_) return std::nullopt;
+  if (!conflict_ || now - conflict_->at >= kConflictMemory) return std::nullopt;
   return names_[conflict_->joint];
 }
 

@@ -34,7 +34,7 @@ class JointStates {
   [[nodiscard]] bool was_heard() const { return heard_; }
   /// Why positions are missing or not used, one sentence part for a fault; empty: nothing is wrong with the messages.
   [[nodiscard]] std::string complaint() const;
-  /// Two writers publish a joint: its name. Empty: none did within the silence limit before `now`.
+  /// Two writers publish a joint: its name. Empty: none did in the last seconds before `now`.
   [[nodiscard]] std::optional<std::string> twice_published(Clock::time_point now) const;
 
  private:

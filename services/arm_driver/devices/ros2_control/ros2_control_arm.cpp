@@ -17,6 +17,8 @@ namespace {
 
 /// Nodes on a network find each other within this time.
 constexpr std::chrono::seconds kDiscovery{5};
+/// Before the first motion the device listens for this time whether another node publishes the same joints.
+constexpr std::chrono::seconds kListening{1};
 /// An active trajectory controller publishes its state more often.
 constexpr std::chrono::seconds kControllerSilence{1};
 /// Trajectories in the time of the lookahead.
@@ -55,6 +57,7 @@ class Ros2ControlArm final : public ArmDevice {
     now_ = opened_at_ = Clock::now();
     end_following();
     states_.forget();
+    measured_since_.reset();
     try {
       if (connection_) {
         (void)connection_->joint_states();
@@ -89,6 +92,7 @@ class Ros2ControlArm final : public ArmDevice {
       Condition condition = absent();
       return {{}, {}, 1.0, condition.mode, std::move(condition.text)};
     }
+    if (!measured_since_) measured_since_ = now;
     if (!std::exchange(was_heard_, true) && log_) log_("joint states arrive", options_.joint_states);
     const Clock::duration age = std::max(Clock::duration::zero(), now - states_.received());
     if (age >= silence_limit_) return {{}, {}, 1.0, DeviceMode::kFailed, silence()};
@@ -183,6 +187,9 @@ class Ros2ControlArm final : public ArmDevice {
 
   // Why the arm cannot be moved: controller, speed scaling, motion.
   [[nodiscard]] Condition condition() const {
+    if (now_ - *measured_since_ < kListening) {
+      return {DeviceMode::kStarting, "listens whether another node publishes the joints of the arm"};
+    }
     if (!connection_->has_controller()) return missing("nothing reads commands of " + controller());
     if (options_.interface == Interface::kTrajectory) {
       const auto runs_at = connection_->controller_runs_at();
@@ -190,8 +197,9 @@ class Ros2ControlArm final : public ArmDevice {
         return missing(controller() + " publishes no controller_state, so it is not active");
       }
     }
-    if (!connection_->speed_scaling(now_))
+    if (!connection_->speed_scaling(now_)) {
       return missing("no speed scaling arrives on topic " + *options_.speed_scaling);
+    }
     if (const auto joint = watch_.idle_joint()) {
       return {DeviceMode::kProgramStopped,
               "joint " + options_.joints[static_cast<std::size_t>(*joint)] +
@@ -203,9 +211,9 @@ class Ros2ControlArm final : public ArmDevice {
 
   [[nodiscard]] Condition missing(const std::string& what) const {
     if (follows_)
-      return {DeviceMode::kProgramStopped, what + ": look at the robot, activate it, then call " + resume()};
+      return {DeviceMode::kProgramStopped, what + ": look at the robot, activate it in ROS 2, then call " + resume()};
     if (is_new()) return {DeviceMode::kStarting, "waits, because " + what};
-    return {DeviceMode::kNotReady, what + " (" + domain() + "): activate it, then call " + resume()};
+    return {DeviceMode::kNotReady, what + " (" + domain() + "): activate it in ROS 2, then call " + resume()};
   }
 
   std::string arm_;
@@ -221,8 +229,9 @@ class Ros2ControlArm final : public ArmDevice {
   bool was_heard_ = false;  ///< since the object began
   JointVector set_point_;   ///< the last one, or measured when the driver activated the device
   Clock::time_point set_point_at_;
-  std::optional<Sent> sent_;    ///< the last trajectory since then
-  double settled_speed_ = 1.0;  ///< speed scaling to which the lag has settled
+  std::optional<Clock::time_point> measured_since_;  ///< the arm is measured; since configure()
+  std::optional<Sent> sent_;                         ///< the last trajectory since then
+  double settled_speed_ = 1.0;                       ///< speed scaling to which the lag has settled
   Clock::time_point now_, opened_at_;
 };
 
@@ -231,6 +240,11 @@ class Ros2ControlArm final : public ArmDevice {
 
 std::unique_ptr<ArmDevice> make_ros2_control_arm(const DeviceSetup& setup) {
   return std::make_unique<ros2_control::Ros2ControlArm>(setup, ros2_control::read_options(setup));
+}
+
+std::vector<Claim> ros2_control_claims(const DeviceSetup& setup) {
+  const ros2_control::Options options = ros2_control::read_options(setup);
+  return {{options.controller + " in domain " + std::to_string(options.domain) + " of ROS 2", "controller"}};
 }
 
 std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {
