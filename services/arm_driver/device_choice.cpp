@@ -62,6 +62,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   setup.where = file.devices[arm].where;
   setup.values = file.devices[arm].values;
   if (starts_observed(file.devices[arm])) setup.values.erase(std::string(kSource));
+  setup.joint_names = planned.arm.model->joint_names;
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }
@@ -85,6 +86,22 @@ void require_own_ports(const config::CellFile& file, std::span<const device::Dev
   }
 }
 
+/// Two drivers that command the same controller would move one arm against each other.
+void require_own_claims(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  std::map<std::string, std::string> owners;
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+    const device::DeviceType& type = type_of(file.devices[arm], types);
+    if (type.claims == nullptr) continue;
+    for (const device::Claim& claim : type.claims(setup_of(file, arm, {}))) {
+      const std::string& name = file.cell.arms[arm].arm.name;
+      const auto [owner, is_free] = owners.try_emplace(claim.what, name);
+      if (is_free) continue;
+      throw ConfigError(file.devices[arm].where + "." + claim.key + " must be another one: " + claim.what +
+                        " moves arm " + owner->second + " already");
+    }
+  }
+}
+
 }  // namespace
 
 bool starts_observed(const config::DeviceOptions& device) {
@@ -96,6 +113,7 @@ void require_known_devices(const config::CellFile& file, std::span<const device:
   try {
     for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) (void)make_device(file, arm, {}, types);
     require_own_ports(file, types);
+    require_own_claims(file, types);
   } catch (const std::runtime_error& error) {
     throw ConfigError(error.what());
   }

@@ -16,7 +16,8 @@ namespace hecaton::services {
 [[nodiscard]] bool starts_observed(const config::DeviceOptions& device);
 
 /// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key or value that its
-/// type refuses. Two devices of one host must not listen on the same port. Call it before anything starts.
+/// type refuses. Two devices of one host must not listen on the same port, and two arms must not have one controller.
+/// Call it before anything starts.
 void require_known_devices(const config::CellFile& file,
                            std::span<const device::DeviceType> types = device::device_types());
 

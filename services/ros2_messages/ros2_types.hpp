@@ -1,5 +1,5 @@
 #pragma once
-/// The messages, services and actions of ROS 2 that hecaton-ros2 exchanges, with the fields of idl/ros2/ros2.idl.
+/// The messages, services and actions of ROS 2 that Hecaton exchanges, with the fields of idl/ros2/ros2.idl.
 
 #include <array>
 #include <cstdint>
@@ -19,6 +19,14 @@ struct TypeInfo {
 namespace type {
 inline constexpr TypeInfo kString{"std_msgs/msg/String",
                                   "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"};
+inline constexpr TypeInfo kFloat64{"std_msgs/msg/Float64",
+                                   "705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a"};
+inline constexpr TypeInfo kFloat64MultiArray{"std_msgs/msg/Float64MultiArray",
+                                             "1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f"};
+inline constexpr TypeInfo kSpeedScalingFactor{"control_msgs/msg/SpeedScalingFactor",
+                                              "0c240f349f2b74e33e8741f83e0f196ddeb6585923663876ed3c1f51f0566037"};
+inline constexpr TypeInfo kJointTrajectory{"trajectory_msgs/msg/JointTrajectory",
+                                           "179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e"};
 inline constexpr TypeInfo kClock{"rosgraph_msgs/msg/Clock",
                                  "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"};
 inline constexpr TypeInfo kJointState{"sensor_msgs/msg/JointState",
@@ -71,6 +79,26 @@ struct Header {
 struct String {
   std::string data;
   static void fields(auto& self, auto& visit) { visit(self.data); }
+};
+struct Float64 {
+  double data = 0.0;
+  static void fields(auto& self, auto& visit) { visit(self.data); }
+};
+struct MultiArrayDimension {
+  std::string label;
+  std::uint32_t size = 0;
+  std::uint32_t stride = 0;
+  static void fields(auto& self, auto& visit) { visit(self.label, self.size, self.stride); }
+};
+struct MultiArrayLayout {
+  std::vector<MultiArrayDimension> dim;
+  std::uint32_t data_offset = 0;
+  static void fields(auto& self, auto& visit) { visit(self.dim, self.data_offset); }
+};
+struct Float64MultiArray {
+  MultiArrayLayout layout;
+  std::vector<double> data;
+  static void fields(auto& self, auto& visit) { visit(self.layout, self.data); }
 };
 struct ColorRGBA {
   float r = 0.0F;
@@ -421,6 +449,10 @@ struct CancelGoalResponse {
   std::int8_t return_code = 0;
   std::vector<GoalInfo> goals_canceling;
   static void fields(auto& self, auto& visit) { visit(self.return_code, self.goals_canceling); }
+};
+struct SpeedScalingFactor {
+  double factor = 0.0;
+  static void fields(auto& self, auto& visit) { visit(self.factor); }
 };
 struct JointTolerance {
   std::string name;

@@ -276,6 +276,17 @@ msg::ArmState arm_state() {
   return state;
 }
 
+void write_ros2_control(const Corpus& corpus) {
+  ros2::JointState states;
+  states.header = {{1'700'000'000, 250'000'000}, "base_link"};
+  states.name = {"finger", "wrist", "base", "elbow"};
+  states.position = {9.0, 0.3, 0.1, 0.2};
+  corpus.write("ros2_control", "positions", 4, encoded(states));
+  states.velocity = {0.0, 0.3, 0.1, 0.2};
+  corpus.write("ros2_control", "velocities", 4, encoded(states));
+  corpus.write("ros2_control", "second_writer", 5, encoded(states));
+}
+
 void write_recordings(const Corpus& corpus) {
   using namespace services::recorder;
   const auto schema_of = [](const char* type) { return std::string(message_schema(type)).substr(0, 200); };
@@ -384,6 +395,7 @@ int main(int argc, char** argv) {
   fuzz::write_egm(corpus);
   fuzz::write_rtde(corpus);
   fuzz::write_ros2(corpus);
+  fuzz::write_ros2_control(corpus);
   fuzz::write_recordings(corpus);
   fuzz::write_checkpoints(corpus);
   return 0;

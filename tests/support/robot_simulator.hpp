@@ -1,5 +1,5 @@
 #pragma once
-/// A program of tests/robots that plays the controller of a robot, on a loopback address of its own.
+/// A program of tests/robots that plays the controller of a robot, with orders on a loopback address of its own.
 
 #include <chrono>
 #include <string>
@@ -19,9 +19,10 @@ class RobotSimulator {
  public:
   using Json = nlohmann::json;
 
-  /// Returns when the controller listens. `program`: of tests/robots.
+  /// Returns when the controller listens. `program`: of tests/robots, a Python file there or a program of the build.
   explicit RobotSimulator(const std::vector<std::string>& options = {}, const std::string& program = "ur_controller.py")
-      : process_(HECATON_SOURCE_DIR "/tests/robots/" + program, arguments(options)) {
+      : process_(program.ends_with(".py") ? HECATON_SOURCE_DIR "/tests/robots/" + program : program,
+                 arguments(options)) {
     for (int tries = 0; tries < 600 && !connect(); ++tries) ::usleep(50'000);  // until it listens
     EXPECT_GE(socket_, 0) << "the controller does not start: " << process_.standard_error();
   }

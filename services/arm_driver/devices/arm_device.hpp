@@ -140,12 +140,19 @@ struct DeviceSetup {
   std::chrono::nanoseconds command_timeout{0};             ///< silence of commands after which the driver stops the arm
   DeviceLog log = {};                                      ///< for events of the device; empty: none are logged
   std::vector<bool> prismatic = {};                        ///< of each joint; empty: all are revolute
+  std::vector<std::string> joint_names = {};               ///< of each joint in the robot description
 };
 
 /// A port of this machine on which a device listens.
 struct ListeningPort {
   int number = 0;   ///< of TCP or UDP, 1 to 65535
   std::string key;  ///< of `device:` that sets it
+};
+
+/// Something that moves one arm only, such as a controller on the network.
+struct Claim {
+  std::string what;  ///< the same text for the same thing, on all hosts
+  std::string key;   ///< of `device:` that names it
 };
 
 /// One kind of device, which `device: {type: …}` in the cell file may name.
@@ -162,6 +169,8 @@ struct DeviceType {
   /// What a person does after `hecaton up` until the arm follows: commands, or comments that begin with #. ARM stands
   /// for the name of the arm. Empty: the arm follows by itself.
   std::vector<std::string_view> steps{};
+  /// What no other arm of the cell may use. Null: nothing. Throws as make.
+  std::vector<Claim> (*claims)(const DeviceSetup& setup) = nullptr;
 };
 
 /// The kinds of devices of this program.

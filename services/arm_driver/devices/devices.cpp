@@ -1,5 +1,6 @@
 #include "services/arm_driver/devices/abb_egm/abb_egm_arm.hpp"
 #include "services/arm_driver/devices/arm_device.hpp"
+#include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
 #include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
 
@@ -21,6 +22,14 @@ const std::vector<DeviceType>& device_types() {
        abb_egm_notes,
        {"# at the FlexPendant of ARM: switch the motors on and start the RAPID program", "hecaton resume ARM",
         "# the real arm ARM moves now: stand at its emergency stop"}},
+      {"ros2_control",
+       ros2_control::kKeys,
+       make_ros2_control_arm,
+       nullptr,
+       ros2_control_notes,
+       {"# on the machine of ARM: start its driver of ros2_control and activate the controller", "hecaton resume ARM",
+        "# the real arm ARM moves now: stand at its emergency stop"},
+       ros2_control_claims},
   };
   return types;
 }

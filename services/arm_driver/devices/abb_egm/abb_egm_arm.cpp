@@ -1,13 +1,13 @@
 #include "services/arm_driver/devices/abb_egm/abb_egm_arm.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "services/arm_driver/devices/abb_egm/options.hpp"
 #include "services/arm_driver/devices/abb_egm/robot_stream.hpp"
+#include "services/arm_driver/devices/largest_step.hpp"
 
 namespace hecaton::device {
 namespace abb_egm {
@@ -17,13 +17,6 @@ namespace {
 constexpr std::chrono::seconds kStart{2};
 /// Each message of the robot has an answer, a period later. A longer pause explains why EGM has ended.
 constexpr std::chrono::milliseconds kUnanswered{200};
-/// Set-points may move this many times faster than the velocity limits: the driver catches up with 1.5 times.
-constexpr double kFastestSetPoint = 2.0;
-/// A step this small is no jump [rad | m].
-constexpr double kSmallStep = 1e-3;
-/// Beyond it a pause between set-points allows no larger step [s].
-constexpr double kLongestPause = 0.1;
-
 struct Condition {
   DeviceMode mode = DeviceMode::kReady;
   std::string text;
@@ -72,7 +65,9 @@ class AbbEgmArm final : public ArmDevice {
   // A set-point is a position without a velocity: when set-points cease, the arm ends at the last one.
   DeviceResult write(const JointState& set_point, std::chrono::nanoseconds /*valid_for*/) override {
     if (!follows_ || !stream_.awaits_answer()) return {};
-    if (auto why = jump(set_point.q)) return DeviceFailure{std::move(*why)};
+    if (auto why = jump(velocity_, set_point_, set_point.q, now_ - sent_at_ + period_)) {
+      return DeviceFailure{std::move(*why)};
+    }
     stream_.answer(set_point.q);
     set_point_ = set_point.q;
     sent_at_ = now_;
@@ -177,21 +172,6 @@ class AbbEgmArm final : public ArmDevice {
     if (unanswered_) return "set-points did not arrive for CommTimeout of EGMSetupUC";
     if (converged_) return "the arm was at its set-point for CondTime of EGMRunJoint, or the RAPID program stopped it";
     return "the RAPID program stopped it";
-  }
-
-  // EGM would follow a jump as fast as it can.
-  [[nodiscard]] std::optional<std::string> jump(const JointVector& q) const {
-    const double pause = std::min(kLongestPause, std::chrono::duration<double>(now_ - sent_at_ + period_).count());
-    const JointVector step = (q - set_point_).cwiseAbs();
-    for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
-      const double most = kFastestSetPoint * velocity_[joint] * pause + kSmallStep;
-      if (step[joint] <= most) continue;
-      char text[128];
-      std::snprintf(text, sizeof text, "the set-point of joint %d jumps by %.4f (limit %.4f): it was not sent",
-                    static_cast<int>(joint) + 1, step[joint], most);
-      return text;
-    }
-    return std::nullopt;
   }
 
   std::string arm_;

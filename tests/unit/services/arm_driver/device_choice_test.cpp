@@ -50,7 +50,7 @@ TEST(DeviceChoice, NamesTheArmInEachStep) {
 
 TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
   EXPECT_EQ(refusal("    device: {type: telepathic}\n"),
-            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm or observed");
+            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control or observed");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
             "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
   EXPECT_EQ(refusal("    device: simulated\n"),
@@ -83,6 +83,25 @@ TEST(DeviceChoice, RefusesTwoDevicesOfOneHostOnOnePort) {
             "arms[0].device.robot_ip is missing; it must be the IPv4 address of the robot");
 }
 
+TEST(DeviceChoice, RefusesTwoArmsOfOneController) {
+  const auto two = [](const std::string& first, const std::string& second) {
+    return refusal("    device: {type: ros2_control" + first +
+                   "}\n"
+                   "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
+                   "  - name: right\n"
+                   "    urdf: urdf/puma560.urdf\n"
+                   "    base: {xyz: [2, 0, 0]}\n"
+                   "    device: {type: ros2_control" +
+                   second + "}\n");
+  };
+  EXPECT_EQ(two("", ", namespace: /right"), "nothing");
+  EXPECT_EQ(two("", ", domain: 3"), "nothing");
+  EXPECT_EQ(
+      two("", ", joint_prefix: right_"),
+      "arms[1].device.controller must be another one: /joint_trajectory_controller in domain 0 of ROS 2 moves arm "
+      "left already");
+}
+
 TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
   static device::DeviceSetup given;
   const device::DeviceType serial{"serial", {"port", "baud"}, [](const device::DeviceSetup& setup) {
@@ -95,6 +114,7 @@ TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
   EXPECT_EQ(given.values.at("port"), "/dev/ttyS0");
   EXPECT_EQ(given.values.at("baud"), "115200");
   EXPECT_EQ(given.checkpoint, "kept");
+  EXPECT_EQ(given.joint_names, file.cell.arms[0].arm.model->joint_names);
   EXPECT_EQ(given.period, std::chrono::milliseconds(2));
   EXPECT_EQ(given.start, file.cell.arms[0].arm.home());
   EXPECT_TRUE(given.where.ends_with("tiny.yaml: arms[0].device"));

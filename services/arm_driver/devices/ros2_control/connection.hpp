@@ -1,0 +1,52 @@
+#pragma once
+/// The topics of ROS 2 that a device uses: its own participant in the domain of the controllers.
+
+#include <optional>
+#include <vector>
+
+#include "services/arm_driver/devices/ros2_control/options.hpp"
+#include "services/bus/ros2_endpoint.hpp"
+#include "services/ros2_messages/ros2_types.hpp"
+
+namespace hecaton::device::ros2_control {
+
+/// For one thread.
+class Connection {
+ public:
+  /// Joins the domain. Throws std::runtime_error with a sentence when this fails.
+  explicit Connection(const Options& options);
+
+  [[nodiscard]] std::vector<bus::ros2::Sample> joint_states() { return joint_states_.take(); }
+  /// Nodes that publish joint states.
+  [[nodiscard]] int broadcasters() const { return joint_states_.matched(); }
+  /// Takes what the topics of speed scaling have.
+  void update();
+
+  /// The message must be of the type that the interface has. False: the middleware refuses it.
+  bool send(const ros2::Float64MultiArray& message);
+  bool send(const ros2::JointTrajectory& message);
+  /// A controller, or another node, reads commands.
+  [[nodiscard]] bool has_controller() const { return commands_.matched() > 0; }
+
+  /// When a trajectory controller has reported last that it runs; empty: never.
+  [[nodiscard]] std::optional<Clock::time_point> controller_runs_at() const { return runs_at_; }
+  /// Of hardware and trajectory controller together, 0 to 1; empty: the configured topic is silent.
+  [[nodiscard]] std::optional<double> speed_scaling(Clock::time_point now) const;
+
+ private:
+  Options options_;
+  bus::Mailbox mailbox_;
+  bus::Participant participant_;
+  bus::ros2::Reader joint_states_;
+  bus::ros2::Writer commands_;
+  std::optional<bus::ros2::Reader> controller_state_;  ///< of a trajectory controller
+  std::optional<bus::ros2::Reader> scaling_input_;     ///< of a trajectory controller
+  std::optional<bus::ros2::Reader> scaling_state_;     ///< of the hardware
+  std::optional<Clock::time_point> runs_at_;
+  double scaling_of_controller_ = 1.0;
+  double scaling_of_hardware_ = 1.0;
+  std::optional<Clock::time_point> scaling_at_;  ///< of the hardware
+  ros2::Bytes bytes_;
+};
+
+}  // namespace hecaton::device::ros2_control

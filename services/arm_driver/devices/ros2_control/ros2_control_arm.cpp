@@ -1,0 +1,269 @@
+#include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#include "services/arm_driver/devices/largest_step.hpp"
+#include "services/arm_driver/devices/ros2_control/commands.hpp"
+#include "services/arm_driver/devices/ros2_control/connection.hpp"
+#include "services/arm_driver/devices/ros2_control/joint_states.hpp"
+#include "services/arm_driver/devices/ros2_control/motion_watch.hpp"
+
+namespace hecaton::device {
+namespace ros2_control {
+namespace {
+
+/// Nodes on a network find each other within this time.
+constexpr std::chrono::seconds kDiscovery{5};
+/// Before the first motion the device listens for this time whether another node publishes the same joints.
+constexpr std::chrono::seconds kListening{1};
+/// An active trajectory controller publishes its state more often.
+constexpr std::chrono::seconds kControllerSilence{1};
+/// Trajectories in the time of the lookahead.
+constexpr int kTrajectoriesAhead = 4;
+/// Smaller changes of a set-point at rest are not sent [rad | m], [rad/s | m/s].
+constexpr double kUnchanged = 1e-6;
+/// At a lower speed scaling the lag is not computed any more.
+constexpr double kSlowest = 0.05;
+constexpr double kLongestDelay = 1.0;  // [s]
+/// Time constant with which the lag follows a change of the speed scaling [s].
+constexpr double kSettling = 0.3;
+
+struct Condition {
+  DeviceMode mode = DeviceMode::kReady;
+  std::string text;
+};
+
+std::string milliseconds(Clock::duration time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f ms", std::chrono::duration<double, std::milli>(time).count());
+  return text;
+}
+
+class Ros2ControlArm final : public ArmDevice {
+ public:
+  Ros2ControlArm(const DeviceSetup& setup, Options options)
+      : arm_(setup.arm),
+        limits_(setup.limits),
+        period_(setup.period),
+        silence_limit_(setup.command_timeout),
+        log_(setup.log),
+        options_(std::move(options)),
+        states_(options_.joints, setup.command_timeout) {}
+
+  DeviceResult configure() override {
+    now_ = opened_at_ = Clock::now();
+    end_following();
+    states_.forget();
+    measured_since_.reset();
+    try {
+      if (connection_) {
+        (void)connection_->joint_states();
+      } else {
+        connection_.emplace(options_);
+      }
+    } catch (const std::exception& error) {
+      return DeviceFailure{"cannot join " + domain() + ": " + error.what()};
+    }
+    return {};
+  }
+
+  DeviceResult activate() override {
+    follows_ = true;
+    set_point_ = states_.measured().q;
+    set_point_at_ = now_;
+    sent_.reset();
+    return {};
+  }
+
+  DeviceState read(Clock::time_point now) override {
+    const double dt = std::chrono::duration<double>(now - std::exchange(now_, now)).count();
+    connection_->update();
+    for (const bus::ros2::Sample& sample : connection_->joint_states()) {
+      states_.take(sample.bytes, sample.writer, sample.received);
+    }
+    const double speed = connection_->speed_scaling(now).value_or(1.0);
+    settled_speed_ += (speed - settled_speed_) * std::clamp(dt / kSettling, 0.0, 1.0);
+    if (auto why = conflict()) return {{}, {}, 1.0, DeviceMode::kFailed, std::move(*why)};
+    JointState measured = states_.measured();
+    if (measured.q.size() == 0) {
+      Condition condition = absent();
+      return {{}, {}, 1.0, condition.mode, std::move(condition.text)};
+    }
+    if (!measured_since_) measured_since_ = now;
+    if (!std::exchange(was_heard_, true) && log_) log_("joint states arrive", options_.joint_states);
+    const Clock::duration age = std::max(Clock::duration::zero(), now - states_.received());
+    if (age >= silence_limit_) return {{}, {}, 1.0, DeviceMode::kFailed, silence()};
+    if (follows_) watch_.add(now, set_point_, measured.q, tracking_delay());
+    Condition condition = this->condition();
+    return {std::move(measured), age, speed, condition.mode, std::move(condition.text)};
+  }
+
+  DeviceResult write(const JointState& set_point, std::chrono::nanoseconds /*valid_for*/) override {
+    if (!follows_) return {};
+    if (auto why = jump(limits_.velocity, set_point_, set_point.q, now_ - set_point_at_ + period_)) {
+      return DeviceFailure{std::move(*why)};
+    }
+    set_point_ = set_point.q;
+    set_point_at_ = now_;
+    if (options_.interface == Interface::kPosition) {
+      (void)connection_->send(positions(set_point.q));  // the next one follows in a period
+    } else {
+      send_trajectory(set_point);
+    }
+    return {};
+  }
+
+  // The last trajectory ends at rest, and a forward controller stays at the last position.
+  void stop(std::string_view /*reason*/) override { end_following(); }
+  void deactivate() override { end_following(); }
+
+  [[nodiscard]] double tracking_delay() const override {
+    return std::min(kLongestDelay, options_.tracking_delay / std::max(kSlowest, settled_speed_));
+  }
+
+ private:
+  struct Sent {
+    JointState set_point;
+    Clock::time_point at;
+  };
+
+  void end_following() {
+    follows_ = false;
+    watch_.forget();
+  }
+
+  // The controller begins each trajectory at the measured position. A set-point at rest is sent once: repeating it
+  // would let an arm sag that does not reach it.
+  void send_trajectory(const JointState& set_point) {
+    if (sent_) {
+      const JointState& before = sent_->set_point;
+      const bool rests = set_point.qd.isZero(kUnchanged) && before.qd.isZero(kUnchanged);
+      if (rests && (set_point.q - before.q).isZero(kUnchanged)) return;
+      const std::chrono::duration<double> between(options_.lookahead / kTrajectoriesAhead);
+      if (now_ - sent_->at + period_ / 2 < between) return;
+    }
+    if (connection_->send(stopping_trajectory(options_.joints, set_point, options_.lookahead, limits_))) {
+      sent_ = {set_point, now_};
+    }
+  }
+
+  [[nodiscard]] std::string resume() const { return "'hecaton resume " + arm_ + "'"; }
+  [[nodiscard]] std::string domain() const { return "domain " + std::to_string(options_.domain) + " of ROS 2"; }
+  [[nodiscard]] std::string topic() const { return "topic " + options_.joint_states + " in " + domain(); }
+  [[nodiscard]] std::string controller() const { return "the controller " + options_.controller; }
+  [[nodiscard]] bool is_new() const { return now_ - opened_at_ < kDiscovery; }
+
+  // A lost arm stays lost until it reports again. One that has never reported may not have been started yet.
+  [[nodiscard]] Condition absent() const {
+    if (was_heard_ || is_new()) return {DeviceMode::kStarting, "waits for joint states on " + topic()};
+    if (!states_.was_heard()) {
+      return {DeviceMode::kNotReady, "no joint states arrive on " + topic() +
+                                         ": start joint_state_broadcaster, and check domain, namespace, firewall and "
+                                         "ROS_LOCALHOST_ONLY"};
+    }
+    const std::string complaint = states_.complaint();
+    return {DeviceMode::kNotReady, "no state of the arm on " + topic() + ": " +
+                                       (complaint.empty() ? "a joint has no velocity yet" : complaint) +
+                                       "; set joints or joint_prefix in the cell file"};
+  }
+
+  [[nodiscard]] std::string silence() const {
+    const std::string complaint = states_.complaint();
+    return "no state of the arm on " + topic() + " for " + milliseconds(silence_limit_) + ": " +
+           (complaint.empty() ? "check the machine of its controllers and the network" : complaint) + ", then call " +
+           resume();
+  }
+
+  [[nodiscard]] std::optional<std::string> conflict() const {
+    const auto joint = states_.twice_published(now_);
+    if (!joint) return std::nullopt;
+    return "two nodes publish joint " + *joint + " on " + topic() +
+           ", so the position of the arm is not known: end one of them, such as joint_state_publisher, then call " +
+           resume();
+  }
+
+  // Why the arm cannot be moved: controller, speed scaling, motion.
+  [[nodiscard]] Condition condition() const {
+    if (now_ - *measured_since_ < kListening) {
+      return {DeviceMode::kStarting, "listens whether another node publishes the joints of the arm"};
+    }
+    if (!connection_->has_controller()) return missing("nothing reads commands of " + controller());
+    if (options_.interface == Interface::kTrajectory) {
+      const auto runs_at = connection_->controller_runs_at();
+      if (!runs_at || now_ - *runs_at > std::max<Clock::duration>(kControllerSilence, silence_limit_)) {
+        return missing(controller() + " publishes no controller_state, so it is not active");
+      }
+    }
+    if (!connection_->speed_scaling(now_)) {
+      return missing("no speed scaling arrives on topic " + *options_.speed_scaling);
+    }
+    if (const auto joint = watch_.idle_joint()) {
+      return {DeviceMode::kProgramStopped,
+              "joint " + options_.joints[static_cast<std::size_t>(*joint)] +
+                  " stands still although its set-points move: look at the robot, activate " + controller() +
+                  ", then call " + resume()};
+    }
+    return {};
+  }
+
+  [[nodiscard]] Condition missing(const std::string& what) const {
+    if (follows_)
+      return {DeviceMode::kProgramStopped, what + ": look at the robot, activate it in ROS 2, then call " + resume()};
+    if (is_new()) return {DeviceMode::kStarting, "waits, because " + what};
+    return {DeviceMode::kNotReady, what + " (" + domain() + "): activate it in ROS 2, then call " + resume()};
+  }
+
+  std::string arm_;
+  JointLimits limits_;
+  Clock::duration period_;
+  Clock::duration silence_limit_;
+  DeviceLog log_;
+  Options options_;
+  JointStates states_;
+  std::optional<Connection> connection_;  ///< from the first configure() on
+  MotionWatch watch_;
+  bool follows_ = false;    ///< active
+  bool was_heard_ = false;  ///< since the object began
+  JointVector set_point_;   ///< the last one, or measured when the driver activated the device
+  Clock::time_point set_point_at_;
+  std::optional<Clock::time_point> measured_since_;  ///< the arm is measured; since configure()
+  std::optional<Sent> sent_;                         ///< the last trajectory since then
+  double settled_speed_ = 1.0;                       ///< speed scaling to which the lag has settled
+  Clock::time_point now_, opened_at_;
+};
+
+}  // namespace
+}  // namespace ros2_control
+
+std::unique_ptr<ArmDevice> make_ros2_control_arm(const DeviceSetup& setup) {
+  return std::make_unique<ros2_control::Ros2ControlArm>(setup, ros2_control::read_options(setup));
+}
+
+std::vector<Claim> ros2_control_claims(const DeviceSetup& setup) {
+  const ros2_control::Options options = ros2_control::read_options(setup);
+  return {{options.controller + " in domain " + std::to_string(options.domain) + " of ROS 2", "controller"}};
+}
+
+std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {
+  const ros2_control::Options options = ros2_control::read_options(setup);
+  const bool trajectory = options.interface == ros2_control::Interface::kTrajectory;
+  std::string joints;
+  for (const std::string& joint : options.joints) joints += (joints.empty() ? "" : ", ") + joint;
+  std::vector<std::string> notes{"arm " + setup.arm + ": its driver sends to " + options.controller +
+                                 (trajectory ? "/joint_trajectory" : "/commands") + " and reads " +
+                                 options.joint_states + " in domain " + std::to_string(options.domain) +
+                                 " of ROS 2; its joints there are " + joints};
+  notes.push_back("arm " + setup.arm +
+                  ": each node in that domain can move the arm; keep the domain to its own network");
+  if (!trajectory) {
+    notes.push_back("arm " + setup.arm +
+                    ": when its driver dies, the controller goes to the last set-point at once and stays there; "
+                    "interface: trajectory brakes instead");
+  }
+  return notes;
+}
+
+}  // namespace hecaton::device

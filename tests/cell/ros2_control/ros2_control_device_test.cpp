@@ -1,0 +1,309 @@
+/// The device of ros2_control against the controllers of tests/robots/ros2_controller.cpp, without a cell.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "services/arm_driver/device_session.hpp"
+#include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+#include "tests/support/free_domain.hpp"
+#include "tests/support/robot_simulator.hpp"
+
+namespace hecaton::services {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPeriod = 4ms;
+constexpr auto kLimit = 60s;       // for any machine
+constexpr auto kSilence = 1000ms;  // a busy machine may stop the simulated controller for some time
+
+class Ros2ControlDevice : public testing::TestWithParam<std::string> {
+ protected:
+  [[nodiscard]] bool trajectory() const { return GetParam() == "trajectory"; }
+
+  void begin(std::vector<std::string> options = {}, std::map<std::string, std::string> keys = {}) {
+    const std::string domain = std::to_string(domain_.number());
+    options.insert(options.end(), {"--domain", domain, "--kind", GetParam(), "--namespace", "/cell", "--joints",
+                                   "l_base,l_elbow,l_wrist", "--start", "0.1,-0.2,0.3", "--from-desired"});
+    robot_.emplace(options, "ros2_controller");
+    keys.insert({{"domain", domain}, {"interface", GetParam()}, {"namespace", "/cell"}, {"joint_prefix", "l_"}});
+    device::DeviceSetup setup;
+    setup.arm = "south";
+    setup.joint_names = {"base", "elbow", "wrist"};
+    setup.limits.lower = device::JointVector::Constant(3, -3.0);
+    setup.limits.upper = device::JointVector::Constant(3, 3.0);
+    setup.limits.velocity = device::JointVector::Constant(3, 1.5);
+    setup.limits.acceleration = device::JointVector::Constant(3, 6.0);
+    setup.period = kPeriod;
+    setup.command_timeout = kSilence;
+    setup.where = "cell.yaml: arms[0].device";
+    setup.values = {keys.begin(), keys.end()};
+    device_ = make_ros2_control_arm(setup);
+    session_.emplace(DeviceSessionSetup{"south", 3, 10.0}, *device_, std::nullopt);
+    q_ = device::JointVector::Zero(3);
+  }
+
+  /// Runs periods of a driver until `event` holds; false after kLimit.
+  bool until(const std::function<bool()>& event) {
+    for (const auto end = device::Clock::now() + kLimit; device::Clock::now() < end;) {
+      period();
+      if (event()) return true;
+    }
+    return false;
+  }
+  void period() {
+    due_ = std::max(due_ + kPeriod, device::Clock::now());
+    std::this_thread::sleep_until(due_);
+    const bool was_active = session_->active();
+    session_->read(device::Clock::now(), true);
+    if (session_->active() && !was_active) q_ = session_->state().measured.q;
+    if (!session_->active() || silent_) return;
+    device::JointVector qd = device::JointVector::Zero(3);
+    qd[0] = velocity_;
+    q_ += qd * std::chrono::duration<double>(kPeriod).count();
+    session_->write({q_, qd}, 12ms);
+  }
+  void run() {
+    ASSERT_TRUE(until([this] { return session_->active(); })) << text();
+    ASSERT_TRUE(until([this] { return robot_->state().at("commands") > 0; }));
+  }
+  void move() {
+    run();
+    velocity_ = 0.5;
+    const double from = q_[0];
+    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << text();
+    ASSERT_TRUE(session_->active()) << text();
+  }
+  [[nodiscard]] std::vector<double> robot_q() { return robot_->state().at("q").get<std::vector<double>>(); }
+  bool stands() {
+    const auto qd = robot_->state().at("qd").get<std::vector<double>>();
+    return std::all_of(qd.begin(), qd.end(), [](double v) { return std::abs(v) < 1e-4; });
+  }
+  /// The robot is ready, and the arm still held. Then a person resumes: the arm stays where it is.
+  void resumes(msg::CauseKind held_by) {
+    ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << text();
+    ASSERT_TRUE(until([this] { return stands(); }));
+    EXPECT_FALSE(session_->active());
+    EXPECT_EQ(kind(), held_by) << text();
+    const auto before = robot_q();
+    robot_->order("forget");
+    velocity_ = 0.0;
+    session_->release();
+    run();
+    EXPECT_LT(robot_->state().at("first").get<double>(), 1e-3);
+    EXPECT_LT(robot_->state().at("largest").get<double>(), 1e-3);
+    const auto after = robot_q();
+    for (std::size_t joint = 0; joint < after.size(); ++joint) EXPECT_NEAR(after[joint], before[joint], 1e-3) << joint;
+  }
+  [[nodiscard]] msg::CauseKind kind() const { return session_->cause().kind(); }
+  [[nodiscard]] std::string text() const { return session_->cause().text(); }
+  [[nodiscard]] bool says(const std::string& words) const { return text().find(words) != std::string::npos; }
+
+  test::FreeDomain domain_;
+  std::optional<test::RobotSimulator> robot_;
+  std::unique_ptr<device::ArmDevice> device_;
+  std::optional<DeviceSession> session_;
+  device::JointVector q_;
+  double velocity_ = 0.0;  ///< of the first joint [rad/s]
+  bool silent_ = false;
+  device::Clock::time_point due_ = device::Clock::now();
+};
+
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlDevice, testing::Values("position", "trajectory"),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(Ros2ControlDevice, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {
+  begin();
+  run();
+  EXPECT_EQ(q_, Eigen::Vector3d(0.1, -0.2, 0.3));
+  velocity_ = 0.5;
+  ASSERT_TRUE(until([&] { return q_[0] > 0.6; })) << text();
+  velocity_ = 0.0;
+  ASSERT_TRUE(until([&] { return std::abs(session_->state().measured.q[0] - q_[0]) < 1e-4; })) << text();
+  const auto state = robot_->state();
+  EXPECT_LT(state.at("first").get<double>(), 1e-9);
+  EXPECT_EQ(state.at("refused"), 0) << state;
+  EXPECT_TRUE(session_->active()) << text();
+}
+
+TEST_P(Ros2ControlDevice, StopsByItselfWhenSetPointsCease) {
+  begin();
+  move();
+  silent_ = true;
+  const double last = q_[0];
+  ASSERT_TRUE(until([this] { return stands(); }));
+  // 0.5 rad/s with 6 rad/s² end 0.021 rad behind the last set-point. A forward controller stays at the set-point.
+  const double end = trajectory() ? 0.5 * 0.5 / 6.0 / 2.0 : 0.0;
+  EXPECT_NEAR(robot_q()[0], last + end, 0.5 * 0.025 + 1e-3) << "a set-point may not have been sent";
+}
+
+TEST_P(Ros2ControlDevice, FindsItsJointsInEachMessage) {
+  begin({"--others", "r_base,r_elbow,finger"});
+  move();
+  for (const char* order : {"reverse on", "split on", "reverse off", "split off"}) {
+    robot_->order(order);
+    const double from = q_[0];
+    ASSERT_TRUE(until([&] { return q_[0] > from + 0.1; })) << order << text();
+    const auto& measured = session_->state().measured.q;
+    EXPECT_NEAR(measured[0], robot_q()[0], 0.2) << order;
+    EXPECT_NEAR(measured[1], -0.2, 1e-6) << order;
+    EXPECT_NEAR(measured[2], 0.3, 1e-6) << order;
+  }
+}
+
+TEST_P(Ros2ControlDevice, DifferentiatesPositionsWhenThereAreNoVelocities) {
+  begin({"--no-velocity"});
+  run();
+  velocity_ = 0.5;
+  EXPECT_TRUE(until([&] { return std::abs(session_->state().measured.qd[0] - 0.5) < 0.05; })) << text();
+  EXPECT_TRUE(session_->active()) << text();
+}
+
+TEST_P(Ros2ControlDevice, HoldsTheArmWhenAPositionIsNoNumber) {
+  begin();
+  move();
+  robot_->order("nan l_elbow");
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("for 1000 ms: the messages there have no number as the position of l_elbow")) << text();
+  robot_->order("nan none");
+  resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
+}
+
+TEST_P(Ros2ControlDevice, HoldsTheArmWhenJointStatesCease) {
+  begin();
+  move();
+  robot_->order("silence on");
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("no state of the arm on topic /cell/joint_states")) << text();
+  ASSERT_TRUE(until([this] { return stands(); }));
+  robot_->order("silence off");
+  resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
+}
+
+TEST_P(Ros2ControlDevice, FollowsARestartedControllerOnlyAfterAResume) {
+  begin();
+  move();
+  robot_->order("restart 3");
+  ASSERT_TRUE(until([this] { return !session_->active(); }));
+  const msg::CauseKind held_by = kind();
+  ASSERT_TRUE(until([this] { return robot_->state().at("running").get<bool>(); }));
+  ASSERT_TRUE(until([this] { return !session_->failed(); })) << text();
+  resumes(held_by);
+}
+
+TEST_P(Ros2ControlDevice, HoldsTheArmWhenTheControllerIsDeactivated) {
+  begin();
+  move();
+  robot_->order("deactivate");
+  ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
+  EXPECT_TRUE(says(trajectory() ? "publishes no controller_state, so it is not active"
+                                : "joint l_base stands still although its set-points move"))
+      << text();
+  EXPECT_TRUE(says("'hecaton resume south'")) << text();
+  robot_->order("activate");
+  resumes(msg::CauseKind::CAUSE_PROGRAM_STOPPED);
+}
+
+TEST_P(Ros2ControlDevice, HoldsTheArmWhenTheControllerIsUnloaded) {
+  begin({"--key-hash"});
+  move();
+  robot_->order("unload");
+  ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
+  EXPECT_TRUE(says("nothing reads commands of the controller /cell/")) << text();
+}
+
+TEST_P(Ros2ControlDevice, HoldsTheArmWhenTwoNodesPublishItsJoints) {
+  begin();
+  run();
+  robot_->order("second on");
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("two nodes publish joint l_")) << text();
+  robot_->order("second off");
+  resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
+}
+
+TEST_P(Ros2ControlDevice, NeverBelievesTheSecondNode) {
+  begin();
+  robot_->order("second on");  // it publishes 0.5 rad for each joint
+  ASSERT_TRUE(until([this] { return says("two nodes publish joint l_"); })) << text();
+  for (const auto end = device::Clock::now() + 4s; device::Clock::now() < end;)
+    period();  // it connects again and again
+  EXPECT_FALSE(session_->active());
+  EXPECT_EQ(robot_->state().at("commands"), 0);
+}
+
+TEST_P(Ros2ControlDevice, NamesAnAddressThatThisMachineDoesNotHave) {
+  begin({}, {{"address", "203.0.113.7"}});
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("cannot join domain " + std::to_string(domain_.number()) + " of ROS 2: ")) << text();
+  EXPECT_TRUE(says("203.0.113.7")) << text();
+}
+
+TEST_P(Ros2ControlDevice, NamesAMissingJoint) {
+  begin({"--others", "finger"});
+  robot_->order("lack l_wrist");
+  ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_TRUE(says("the messages there lack l_wrist, and have l_base, finger, l_elbow")) << text();
+}
+
+TEST_P(Ros2ControlDevice, NamesAMissingController) {
+  begin({"--controller", "another_controller"});
+  ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_TRUE(says("nothing reads commands of the controller /cell/")) << text();
+}
+
+TEST_P(Ros2ControlDevice, ReportsTheSpeedScaling) {
+  begin({"--scaling-topic", "scaling/speed"}, {{"speed_scaling", "scaling/speed"}});
+  run();
+  EXPECT_DOUBLE_EQ(session_->state().speed_scaling, 1.0);
+  const double delay = device_->tracking_delay();
+  robot_->order("scaling 50");
+  ASSERT_TRUE(until([this] { return session_->state().speed_scaling == 0.5; })) << text();
+  EXPECT_TRUE(until([&] { return device_->tracking_delay() > 1.9 * delay; })) << "the lag grows";
+}
+
+TEST_P(Ros2ControlDevice, WaitsForTheSpeedScalingThatIsConfigured) {
+  begin({}, {{"speed_scaling", "scaling/speed"}});
+  ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_TRUE(says("no speed scaling arrives on topic /cell/scaling/speed")) << text();
+}
+
+TEST_P(Ros2ControlDevice, RefusesASetPointThatJumps) {
+  begin();
+  run();
+  q_[1] += 0.5;
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(says("the set-point of joint 2 jumps by 0.5000")) << text();
+  EXPECT_LT(robot_->state().at("fastest").get<double>(), 1e-3);
+}
+
+TEST_P(Ros2ControlDevice, GoesOnWhenTheControllerRefusesCommandsOfAnotherNode) {
+  begin();
+  move();
+  robot_->order("command partial");
+  ASSERT_TRUE(until([this] { return robot_->state().at("refused") == 1; })) << robot_->state();
+  robot_->order("command name");
+  ASSERT_TRUE(until([this] { return robot_->state().at("refused") == 2; })) << robot_->state();
+  const double from = session_->state().measured.q[0];
+  EXPECT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << text();
+  EXPECT_TRUE(session_->active()) << text();
+}
+
+class Ros2ControlTrajectory : public Ros2ControlDevice {};
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlTrajectory, testing::Values("trajectory"),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(Ros2ControlTrajectory, SendsASetPointAtRestOnce) {
+  begin();
+  run();
+  const int before = robot_->state().at("commands");
+  for (int i = 0; i < 100; ++i) period();
+  EXPECT_EQ(robot_->state().at("commands"), before);
+}
+
+}  // namespace
+}  // namespace hecaton::services
