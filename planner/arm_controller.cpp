@@ -86,6 +86,16 @@ void ArmController::select_target(const JointVector& q) {
   memory_.local.deviation.active = false;
 }
 
+void ArmController::describe(MemoryArchive& archive) {
+  if (guide_) return archive.fail();
+  memory_.local.describe(archive, *parameters_.method);
+  archive.optional(goal_);
+  archive(goal_progress_, route_);
+  archive.optional(aim_);
+  archive.optional(setpoint_);
+  archive(sent_, ramp_, ordered_speed_, speed_);
+}
+
 void ArmController::skip(double time) {
   if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
 }

@@ -94,6 +94,9 @@ class ArmController {
   [[nodiscard]] const LocalParameters& parameters() const { return parameters_; }
   [[nodiscard]] double control_period() const { return dt_; }
 
+  /// The memory without the obstacles. That of a guide cannot be saved: then the archive fails.
+  void describe(MemoryArchive& archive);
+
  private:
   /// `tracking_error`: measured minus reference position [rad | m]; empty: the drive follows none of the set-points.
   /// `input`: with arms, obstacles, hold and speed scaling.

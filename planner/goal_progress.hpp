@@ -1,12 +1,14 @@
 #pragma once
 /// The progress of an arm towards its goal: along the points of a planned route, and by its distance.
 
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner {
 
@@ -40,6 +42,13 @@ class Route {
     return sum;
   }
 
+  void describe(MemoryArchive& archive) {
+    archive.list(points_, archive);
+    auto next = static_cast<int>(next_);
+    archive.number(next, 0, static_cast<std::int64_t>(points_.size()));
+    next_ = static_cast<std::size_t>(next);
+  }
+
  private:
   static constexpr double kPassed = 0.1;  // every joint within this [rad | m]
 
@@ -68,6 +77,8 @@ class ProgressMonitor {
   [[nodiscard]] double time_without_progress() const { return without_progress_; }
   /// True after 10 s without progress: there may be no path.
   [[nodiscard]] bool stalled() const { return without_progress_ > kStallTimeout; }
+
+  void describe(MemoryArchive& archive) { archive(nearest_, without_progress_); }
 
  private:
   static constexpr double kNearer = 0.98;        // of the minimum so far

@@ -40,6 +40,8 @@ struct Detour {
   double time_left = 0.0;  ///< [s]
   bool stays = false;      ///< true: it ends after `time_left`; false: also at its way-point
   bool of_route = false;   ///< the next point of a Route, which decides when it ends; the arm still gives way
+
+  void describe(MemoryArchive& archive) { archive(active, q, time_left, stays, of_route); }
 };
 
 /// One control period. References are valid during the call.
@@ -74,6 +76,13 @@ struct LocalMemory {
   Detour detour;
   RightOfWay right_of_way;
   double rollout_wait = 0.0;  ///< remaining time that a blocked arm waits for a rollout before it deviates [s]
+
+  /// `of_arm`: prepares `method` before it is loaded.
+  void describe(MemoryArchive& archive, const MotionMethod& of_arm) {
+    archive(random);
+    method.describe(archive, [&] { of_arm.prepare(method); });
+    archive(deviation, intended, followed, commanded, q_goal, without_progress, detour, right_of_way, rollout_wait);
+  }
 };
 
 /// Begins the manoeuvre in the next period. kContinue only ends the wait for a rollout.

@@ -60,4 +60,22 @@ SearchQuestions ArmPlanner::plan_ahead(const PeriodInputs& inputs, const TickRes
   return questions;
 }
 
+void ArmPlanner::describe(MemoryArchive& archive) {
+  archive(controller_, rollouts_, routes_, coordinator_);
+  archive.count(rollout_answers_);
+}
+
+std::vector<std::uint32_t> ArmPlanner::save() const {
+  MemoryArchive archive;
+  const_cast<ArmPlanner*>(this)->describe(archive);  // an archive that saves changes nothing
+  return archive.good() ? archive.take_words() : std::vector<std::uint32_t>();
+}
+
+bool ArmPlanner::restore(std::span<const std::uint32_t> words) {
+  const CellGeometry& geometry = controller_.geometry();
+  MemoryArchive archive(words, static_cast<int>(geometry.arms().size()), geometry.own_arm().model->joints());
+  describe(archive);
+  return archive.complete();
+}
+
 }  // namespace hecaton::planner

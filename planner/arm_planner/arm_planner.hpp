@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "planner/arm_controller.hpp"
 #include "planner/arm_planner/search_executor.hpp"
@@ -22,6 +23,10 @@ struct ArmPlannerOptions {
   std::uint64_t route_seed = 1;
   /// The numbers of this planner's coupled plans begin after this one. A restarted planner must not reuse numbers.
   std::uint32_t plan_numbers_after = 0;
+
+  void describe(MemoryArchive& archive) {
+    archive(control_period, motion_seed, rollout_seed, route_seed, plan_numbers_after);
+  }
 };
 
 struct GoalChange {
@@ -81,7 +86,16 @@ class ArmPlanner {
   };
   [[nodiscard]] Counts counts() const { return {rollout_answers_, routes_.begun(), coordinator_.proposed()}; }
 
+  /// The memory as words, from which restore() continues with the same set-points; without the obstacles. Empty: the
+  /// arm's method has a guide, whose map cannot be saved.
+  [[nodiscard]] std::vector<std::uint32_t> save() const;
+  /// Continues from a saved memory. The planner must have been built with the same arguments. False: the words are
+  /// those of another planner or version; then it must not be used. Pass all obstacles to receive() next.
+  [[nodiscard]] bool restore(std::span<const std::uint32_t> words);
+
  private:
+  void describe(MemoryArchive& archive);
+
   ArmController controller_;
   RolloutPolicy rollouts_;
   RoutePolicy routes_;

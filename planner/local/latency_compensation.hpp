@@ -8,6 +8,7 @@
 
 #include "planner/local/observation.hpp"
 #include "planner/model/arm.hpp"
+#include "planner/model/memory_archive.hpp"
 #include "world/model/snapshot.hpp"
 
 namespace hecaton::planner {
@@ -61,6 +62,10 @@ class SetpointLog {
   /// The drive's reference `age` [s] after the set-point arrived: on the way to it, or on the stop profile from it. A
   /// negative age leads back to the set-points before. Nothing for a number that the log does not hold.
   [[nodiscard]] std::optional<MeasuredState> reference(std::uint64_t number, double age) const;
+
+  void describe(MemoryArchive& archive) {
+    for (Entry& entry : ring_) archive(entry.number, entry.setpoint);
+  }
 
  private:
   struct Entry {

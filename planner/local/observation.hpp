@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner {
 
@@ -15,6 +16,15 @@ struct CoupledPlan {
   std::uint32_t number = 0;                      ///< grows with every proposal of this arm
   std::vector<int> arms;                         ///< that it moves, ascending
   std::vector<std::vector<JointVector>> points;  ///< of each of these arms, from near its start to its goal [rad | m]
+
+  void describe(MemoryArchive& archive) {
+    archive(number);
+    archive.list(arms, [&](int& arm) { archive.index(arm); });
+    archive.list(points, [&](std::vector<JointVector>& point) {
+      archive.list(point, [&](JointVector& q) { archive.any_joints(q); });
+      if (point.size() != arms.size()) archive.fail();
+    });
+  }
 };
 
 /// The progress of an arm in a coupled plan. Every arm publishes its own.
@@ -24,6 +34,11 @@ struct CoupledPlanProgress {
   int reached = -1;          ///< index of the last point that the arm was near; −1: none yet
 
   bool operator==(const CoupledPlanProgress&) const = default;  ///< member by member
+  void describe(MemoryArchive& archive) {
+    archive.arm(proposer);
+    archive(number);
+    archive.count(reached);
+  }
   /// The arm has joined this plan.
   [[nodiscard]] bool of(int plan_proposer, std::uint32_t plan_number) const {
     return proposer == plan_proposer && number == plan_number;
@@ -34,6 +49,8 @@ struct CoupledPlanProgress {
 struct MeasuredState {
   JointVector q;   ///< [rad | m]
   JointVector qd;  ///< [rad/s | m/s]
+
+  void describe(MemoryArchive& archive) { archive(q, qd); }
 };
 
 /// State of another arm; the entry of the own arm is ignored. A lost arm counts as at rest, with age 0, in its

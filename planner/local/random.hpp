@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "planner/model/memory_archive.hpp"
+
 namespace hecaton::planner {
 
 /// SplitMix64 [Steele14].
@@ -30,6 +32,8 @@ class Random {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * uniform());
   }
+
+  void describe(MemoryArchive& archive) { archive(state_); }
 
  private:
   std::uint64_t state_;

@@ -35,6 +35,12 @@ struct RightOfWay {
   double growth = 1.0;         ///< factor of request_delay; grows with every request on the way to one goal
   double free = 0.0;           ///< time since it was last blocked [s]
   double apart = 0.0;          ///< time since it was last near the arm that it makes room for [s]
+
+  void describe(MemoryArchive& archive) {
+    archive(priority, under_way, leads);
+    archive.arm(yields_to);
+    archive(answers, waited, request_delay, growth, free, apart);
+  }
 };
 
 struct RightOfWayInput {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner {
 
@@ -28,6 +29,8 @@ class SpeedRamp {
   }
   [[nodiscard]] double share() const { return share_; }  ///< above 0 to 1
   [[nodiscard]] double rate() const { return rate_; }    ///< largest change [1/s]
+
+  void describe(MemoryArchive& archive) { archive(share_); }
 
  private:
   JointVector velocity_;

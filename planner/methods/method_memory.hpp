@@ -5,6 +5,8 @@
 #include <memory>
 #include <new>
 
+#include "planner/model/memory_archive.hpp"
+
 namespace hecaton::planner {
 
 /// Holds one value of any copyable type of at most `kCapacity` bytes, or nothing. Copies copy the value without
@@ -43,18 +45,40 @@ class MethodMemory {
     return *std::launder(reinterpret_cast<T*>(bytes_));
   }
 
+  /// Saves or loads the value. `prepare` stores a default value of the type that is loaded. A type without describe()
+  /// cannot be saved: then the archive fails.
+  template <class Prepare>
+  void describe(MemoryArchive& archive, const Prepare& prepare) {
+    bool has = type_ != nullptr;
+    archive(has);
+    if (archive.loads()) {
+      clear();
+      if (has) prepare();
+      if (has && type_ == nullptr) archive.fail();
+    }
+    if (type_ != nullptr) type_->describe(bytes_, archive);
+  }
+
  private:
   static constexpr std::size_t kAlignment = 32;
 
   struct Type {
     void (*copy)(const std::byte* from, std::byte* to);
     void (*destroy)(std::byte* value);
+    void (*describe)(std::byte* value, MemoryArchive& archive);
   };
   template <class T>
   static constexpr Type kType{[](const std::byte* from, std::byte* to) {
                                 ::new (static_cast<void*>(to)) T(*std::launder(reinterpret_cast<const T*>(from)));
                               },
-                              [](std::byte* value) { std::destroy_at(std::launder(reinterpret_cast<T*>(value))); }};
+                              [](std::byte* value) { std::destroy_at(std::launder(reinterpret_cast<T*>(value))); },
+                              [](std::byte* value, MemoryArchive& archive) {
+                                if constexpr (requires(T & one) { one.describe(archive); }) {
+                                  std::launder(reinterpret_cast<T*>(value))->describe(archive);
+                                } else {
+                                  archive.fail();
+                                }
+                              }};
 
   void take(const MethodMemory& other) {
     if (other.type_ != nullptr) other.type_->copy(other.bytes_, bytes_);

@@ -83,6 +83,12 @@ struct Deviation {
   bool renew = false;   ///< a rollout chose another deviation; valid for one period
   int drawn = 0;        ///< deviations that the method has tried for this goal
   int row = -1;         ///< index of the followed row; −1: none, or a joint limit
+
+  void describe(MemoryArchive& archive) {
+    archive(active, renew);
+    archive.count(drawn);
+    archive.count(row);
+  }
 };
 
 /// State that a method may change in a tick.
@@ -192,6 +198,10 @@ class MotionMethod {
                                              MethodState state) const;
   /// True if the constraints leave so little of the wanted velocity that the arm counts as blocked.
   [[nodiscard]] virtual bool is_blocked(const JointVector& possible, const JointVector& wanted) const;
+
+  /// Stores a default value of the method's own type, before a saved memory is loaded. Override it if the method uses
+  /// MethodState::memory. That type has a function describe(MemoryArchive&).
+  virtual void prepare(MethodMemory& memory) const { memory.clear(); }
 
  private:
   MethodTraits traits_;

@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner {
 
@@ -51,6 +52,11 @@ enum class QpStatus : std::uint8_t {
 struct QpWarmStart {
   std::array<std::uint32_t, kMaxJoints> key{};
   int count = 0;
+
+  void describe(MemoryArchive& archive) {
+    for (std::uint32_t& one : key) archive(one);
+    archive.number(count, 0, kMaxJoints);
+  }
 };
 
 struct QpSolution {

@@ -167,6 +167,17 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   return question;
 }
 
+void RolloutPolicy::describe(MemoryArchive& archive) {
+  archive.list(courses_, [&](Course& course) {
+    archive.coordinates(course.velocity);
+    archive(course.since);
+    archive.coordinates(course.acceleration);
+  });
+  archive(random_);
+  archive.number(open_, 0, static_cast<int>(Open::kLookahead));
+  archive(since_answer_, since_lookahead_, since_trouble_, horizon_);
+}
+
 void RolloutPolicy::answered() {
   (open_ == Open::kLookahead ? since_lookahead_ : since_answer_) = 0.0;
   open_ = Open::kNone;

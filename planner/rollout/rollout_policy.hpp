@@ -31,6 +31,8 @@ class RolloutPolicy {
   /// A question of a blocked arm is open.
   [[nodiscard]] bool awaiting_rollout() const { return open_ == Open::kBlockedArm; }
 
+  void describe(MemoryArchive& archive);
+
  private:
   enum class Open : std::uint8_t { kNone, kBlockedArm, kLookahead };
   /// Estimate of an obstacle's acceleration.

@@ -1,6 +1,7 @@
 #include "planner/route/multi_arm_coordinator.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "planner/global/validity_kernel.hpp"
@@ -88,6 +89,41 @@ RouteQuestion MultiArmCoordinator::make_question(const ArmController& controller
   question.obstacles = extrapolated_obstacles(obstacles);
   question.seed = random_.next();
   return question;
+}
+
+namespace {
+
+void describe_plan(MemoryArchive& archive, std::shared_ptr<const CoupledPlan>& plan) {
+  std::optional<CoupledPlan> value;
+  if (plan) value = *plan;
+  archive.optional(value);
+  if (archive.loads()) plan = value ? std::make_shared<const CoupledPlan>(std::move(*value)) : nullptr;
+}
+
+}  // namespace
+
+void MultiArmCoordinator::Part::describe(MemoryArchive& archive) {
+  describe_plan(archive, plan);
+  archive(progress);
+  archive.count(index);
+  archive.optional(target);
+  archive.count(reached_by_all);
+  archive(since_progress, all_joined);
+  if (!archive.loads() || !plan) return;
+  const bool fits = progress.proposer >= 0 && index >= 0 && index < static_cast<int>(plan->arms.size()) &&
+                    !plan->points.empty() && reached_by_all < static_cast<int>(plan->points.size());
+  if (!fits) archive.fail();
+}
+
+// Of the open question only what receive() uses.
+void MultiArmCoordinator::describe(MemoryArchive& archive) {
+  archive(interval_, random_);
+  archive.list(question_.planned, [&](int& arm) { archive.index(arm); });
+  archive.list(question_.q, [&](JointVector& q) { archive.any_joints(q); });
+  archive(open_, dropped_, since_answer_, number_);
+  archive.count(proposed_);
+  describe_plan(archive, proposal_);
+  archive(part_, last_);
 }
 
 void MultiArmCoordinator::receive(const RouteAnswer& answer) {

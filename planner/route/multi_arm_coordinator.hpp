@@ -41,6 +41,8 @@ class MultiArmCoordinator {
   /// Number of plans proposed so far.
   [[nodiscard]] int proposed() const { return proposed_; }
 
+  void describe(MemoryArchive& archive);
+
  private:
   void choose_plan(const ArmController& controller, std::span<const ArmObservation> arms);
   void join(int proposer, std::shared_ptr<const CoupledPlan> plan);
@@ -60,6 +62,8 @@ class MultiArmCoordinator {
     int reached_by_all = -1;                 ///< index of the last point that all arms have reached
     double since_progress = 0.0;             ///< since that changed [s]
     bool all_joined = false;
+
+    void describe(MemoryArchive& archive);
   };
 
   double stall_timeout_;  ///< without progress, before the arm asks [s]; 0: never

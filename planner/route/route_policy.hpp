@@ -37,6 +37,11 @@ class RoutePolicy {
   /// Number of routes begun so far.
   [[nodiscard]] int begun() const { return begun_; }
 
+  void describe(MemoryArchive& archive) {
+    archive(interval_, random_, open_, dropped_, q_, q_goal_, since_answer_, stuck_, nearest_, on_route_);
+    archive.count(begun_);
+  }
+
  private:
   double stall_timeout_;  ///< without progress, before the arm asks [s]; 0: never
   double interval_;       ///< between two questions off a route [s]

@@ -57,7 +57,7 @@ std::optional<Task> draw_task(TaskGenerator& generator, Random& random, double t
 
 /// `cell` has the scene of this episode.
 EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random random, const BatchOptions& options,
-                           bool observed) {
+                           int episode, bool observed) {
   EpisodeRecord record;
   EpisodeOptions episode_options;
   episode_options.network = options.network;
@@ -79,6 +79,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
       options.observe_first({cell, task->goals, time, world_time + time, measured, all});
     };
   }
+  if (options.record) episode_options.record = options.record(episode, cell);
   record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);
   record.goals = task->goals;
   return record;
@@ -94,14 +95,14 @@ Cell with_clutter(const Cell& cell, Random& random) {
 }
 
 /// Draws scenes until one admits a task.
-EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, bool observed) {
+EpisodeRecord run_in_clutter(const Cell& cell, Random random, const BatchOptions& options, int episode, bool observed) {
   EpisodeRecord record;
   for (int scene = 0; scene < kScenes && (scene == 0 || record.failure); ++scene) {
     if (options.ended && options.ended()) record.outcome.ended_early = true;
     if (record.outcome.ended_early) break;
     const Cell cluttered = with_clutter(cell, random);
     TaskGenerator generator(cluttered);
-    record = run_in_scene(cluttered, generator, Random(random.next()), options, observed);
+    record = run_in_scene(cluttered, generator, Random(random.next()), options, episode, observed);
   }
   return record;
 }
@@ -114,8 +115,8 @@ Random random_of(std::uint64_t seed, int episode) {
 EpisodeRecord run_episode(const Cell& cell, TaskGenerator& generator, const BatchOptions& options, int episode,
                           bool observed) {
   const Random random = random_of(options.seed, episode);
-  return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, observed)
-                                      : run_in_scene(cell, generator, random, options, observed);
+  return cell.tasks.clutter.count > 0 ? run_in_clutter(cell, random, options, episode, observed)
+                                      : run_in_scene(cell, generator, random, options, episode, observed);
 }
 
 void add(BatchReport& report, const EpisodeRecord& record, int episode, int tasks_left) {

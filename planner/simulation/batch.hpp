@@ -28,6 +28,10 @@ struct BatchOptions {
   bool measure_ticks = false;  ///< measures computing times
   std::function<void(const EpisodeMoment&)>
       observe_first;  ///< called in every period of the first episode; may be empty
+  /// Called for each episode, before it begins, with its number and its cell, which lives as long as the episode.
+  /// Returns what is called in every period of every planner, as EpisodeOptions::record. May be empty. With several
+  /// threads, calls are concurrent.
+  std::function<std::function<void(const PlannerPeriod&)>(int episode, const Cell& cell)> record;
   /// Called with the number of finished tasks after each episode; calls are serialized. May be empty.
   std::function<void(int)> progress;
   /// Called in every period of each episode, by its thread; true ends the batch: the report then holds the episodes

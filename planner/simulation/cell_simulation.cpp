@@ -261,7 +261,7 @@ class Episode {
     spent = timed ? processor_us() : 0.0;
     arm.searches.ask(planner.plan_ahead(inputs, arm.result), search_scene_.obstacles);
     if (timed) arm.search_us += processor_us() - spent;
-    if (options_.record) options_.record({i, arm.options, arm.events, inputs, arm.result});
+    if (options_.record) options_.record({i, arm.options, arm.events, inputs, arm.result, planner, now});
     arm.events = {};
     arm.drive.command(arm.result.q, arm.result.qd, cell_.timing.control_period);
   }

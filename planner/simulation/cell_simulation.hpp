@@ -55,6 +55,8 @@ struct PlannerPeriod {
   const PeriodEvents& events;        ///< without the obstacles, which never change
   const PeriodInputs& inputs;
   const TickResult& result;
+  const ArmPlanner& planner;  ///< after the period
+  double time = 0.0;          ///< beginning of the period, virtual [s]
 };
 
 struct EpisodeOptions {

@@ -33,8 +33,17 @@ DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes) {
   return {std::move(value), false};
 }
 
-#define HECATON_DECODE(Type, ...) \
-  template DecodedSample<msg::Type> decode_recorded<msg::Type>(std::span<const std::uint8_t>);
+template <class T>
+std::vector<std::uint8_t> encode_recorded(const T& sample) {
+  const std::string text = support_of_thread<T>().bytes_of(sample);
+  std::vector<std::uint8_t> bytes(text.begin(), text.end());
+  if (!check_sample(*rule_of<T>(), bytes).refusal.empty()) bytes.clear();
+  return bytes;
+}
+
+#define HECATON_DECODE(Type, ...)                                                              \
+  template DecodedSample<msg::Type> decode_recorded<msg::Type>(std::span<const std::uint8_t>); \
+  template std::vector<std::uint8_t> encode_recorded<msg::Type>(const msg::Type&);
 HECATON_TOPICS(HECATON_DECODE)
 #undef HECATON_DECODE
 

@@ -1,9 +1,11 @@
 #pragma once
-/// Decodes the samples of a recording. Include the message type's idl header beside this one.
+/// Decodes the samples of a recording, and encodes those that come from no network. Include the message type's idl
+/// header beside this one.
 
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "services/bus/topics.hpp"
 
@@ -18,5 +20,9 @@ struct DecodedSample {
 /// From CDR with its encapsulation, as RawSample::bytes. For the types of topics.hpp. Thread-safe.
 template <class T>
 [[nodiscard]] DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes);
+
+/// The inverse of decode_recorded(): the bytes that a writer would send. Empty: the sample breaks a rule of the wire.
+template <class T>
+[[nodiscard]] std::vector<std::uint8_t> encode_recorded(const T& sample);
 
 }  // namespace hecaton::bus

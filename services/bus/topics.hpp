@@ -73,7 +73,8 @@ struct TopicInfo {
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \
-  TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4)
+  TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4)               \
+  TOPIC(PlannerTick, sample.arm(), "planner", "recorder", .reliable = true, .depth = 64)
 // clang-format on
 
 }  // namespace hecaton::bus

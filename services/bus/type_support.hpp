@@ -4,6 +4,7 @@
 #include <idl/armPubSubTypes.h>
 #include <idl/goalPubSubTypes.h>
 #include <idl/healthPubSubTypes.h>
+#include <idl/plannerPubSubTypes.h>
 #include <idl/supervisorPubSubTypes.h>
 #include <idl/worldPubSubTypes.h>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include <idl/planner.h>
 #include <idl/supervisor.h>
 
 // The table. Fields stand in the order of the idl files; the test wire_rules_test compares both.
@@ -362,6 +363,96 @@ constexpr std::array kContactReportFields{kSchema,
                                           list("events", kSeparation, 4096)};
 constexpr StructRule kContactReport{"ContactReport", kContactReportFields};
 
+// planner.idl
+constexpr std::uint32_t kMostPoints = 100000;
+constexpr std::uint32_t kMostWords = 1U << 18U;
+/// Lists that have none or one element.
+constexpr std::uint32_t kFew = 4;
+constexpr FieldRule words(std::string_view name, std::uint32_t most) {
+  return {.name = name, .kind = kUint32s, .low = 0, .high = 4294967295.0, .most = most};
+}
+constexpr FieldRule index(std::string_view name, std::uint32_t most) {
+  return uint32(name, most - 1.0);
+}
+constexpr FieldRule indices(std::string_view name, std::uint32_t most) {
+  return {.name = name, .kind = kUint32s, .low = 0, .high = most - 1.0, .most = most};
+}
+constexpr std::array kTickFeedbackFields{positions("q", msg::MAX_JOINTS),
+                                         velocities("qd", msg::MAX_JOINTS),
+                                         time("age"),
+                                         boolean("follows"),
+                                         count("setpoint"),
+                                         time("setpoint_age"),
+                                         time("tracking_delay"),
+                                         number("speed_scaling", 0.0, 1.0)};
+constexpr StructRule kTickFeedback{"TickFeedback", kTickFeedbackFields};
+constexpr std::array kTickArmFields{index("arm", kMostArms),
+                                    boolean("known"),
+                                    boolean("plans"),
+                                    boolean("foreign"),
+                                    boolean("has_goal"),
+                                    positions("q", msg::MAX_JOINTS),
+                                    velocities("qd", msg::MAX_JOINTS),
+                                    time("age"),
+                                    positions("q_goal", msg::MAX_JOINTS),
+                                    uint32("priority"),
+                                    positions("position_uncertainty", msg::MAX_JOINTS),
+                                    int32("proposer"),
+                                    uint32("number"),
+                                    int32("reached"),
+                                    number("speed", 0.0, 1.0)};
+constexpr StructRule kTickArm{"TickArm", kTickArmFields};
+constexpr std::array kTickPlanFields{index("arm", kMostArms), uint32("number"), indices("arms", kMostArms),
+                                     uint32("points", kMostPoints), positions("q", 1U << 19U)};
+constexpr StructRule kTickPlan{"TickPlan", kTickPlanFields};
+constexpr std::array kTickObstacleFields{index("obstacle", kMostObstacles), positions("X_WO", 12),
+                                         nested("velocity", kTwist)};
+constexpr StructRule kTickObstacle{"TickObstacle", kTickObstacleFields};
+constexpr std::array kTickScanFields{index("sensor", 4096), index("link", 4096), positions("q", msg::MAX_JOINTS),
+                                     list("rays", kRay, 4096)};
+constexpr StructRule kTickScan{"TickScan", kTickScanFields};
+constexpr std::array kTickManoeuvreFields{choice("kind", msg::TickManoeuvreKind::MANOEUVRE_EVADE), uint32("seed_high"),
+                                          uint32("seed_low"), positions("q", msg::MAX_JOINTS), time("time_limit")};
+constexpr StructRule kTickManoeuvre{"TickManoeuvre", kTickManoeuvreFields};
+constexpr std::array kTickRouteFields{choice("kind", msg::TickRouteKind::ROUTE_NONE), indices("joints", kMostArms),
+                                      uint32("points", kMostPoints), positions("q", 1U << 19U)};
+constexpr StructRule kTickRoute{"TickRoute", kTickRouteFields};
+constexpr std::array kPlannerTickFields{
+    kSchema,
+    name_of("arm"),
+    name_of("node"),
+    count("sequence_number"),
+    stamp("stamp_ns"),
+    boolean("snapshot"),
+    name_of("program"),
+    words("options", 64),
+    words("memory", kMostWords),
+    time("missed"),
+    boolean("drops_setpoint"),
+    boolean("has_obstacles"),
+    list("obstacles", kObstacle, kMostObstacles),
+    positions("obstacle_frames", 1U << 18U),
+    boolean("changes_goal"),
+    positions("q_goal", msg::MAX_JOINTS),
+    list("scans", kTickScan, 4096),
+    boolean("planned"),
+    nested("own", kTickFeedback),
+    list("arms", kTickArm, kMostArms),
+    list("proposals", kTickPlan, kMostArms),
+    list("obstacle_states", kTickObstacle, kMostObstacles),
+    FieldRule{
+        .name = "obstacle_ages", .kind = kDoubles, .low = -kLongestTime, .high = kLongestTime, .most = kMostObstacles},
+    boolean("hold"),
+    number("speed", 0.0, 1.0),
+    boolean("commands"),
+    count("number"),
+    list("rollout", kTickManoeuvre, kFew),
+    list("route", kTickRoute, kFew),
+    list("coupled_plan", kTickRoute, kFew),
+    positions("q", msg::MAX_JOINTS),
+    velocities("qd", msg::MAX_JOINTS)};
+constexpr StructRule kPlannerTick{"PlannerTick", kPlannerTickFields};
+
 // supervisor.idl
 /// The supervisor refuses a speed beyond the limits with a sentence, so that the client gets a reply.
 constexpr std::array kSupervisorRequestFields{kSchema,
@@ -442,7 +533,8 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kCellMode, kLarge, 2000},
                             TopicRule{kFault, kSmall, 10000},
                             TopicRule{kSupervisorRequest, kSmall, 500},
-                            TopicRule{kSupervisorReply, kLargest, 2000}};
+                            TopicRule{kSupervisorReply, kLargest, 2000},
+                            TopicRule{kPlannerTick, kLargest, 5000}};
 
 }  // namespace
 

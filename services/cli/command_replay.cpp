@@ -1,5 +1,7 @@
 /// hecaton replay, hecaton explain: what a recording shows at any of its times.
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -21,6 +23,7 @@
 #include "services/recorder/mcap_format.hpp"
 #include "services/replay/explain.hpp"
 #include "services/replay/replay_service.hpp"
+#include "services/replay/verification.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -33,6 +36,8 @@ struct Options {
   std::uint64_t port = 0;
   double at = 0.0;  ///< since the begin of the recording [s]
   std::string arm;
+  bool verify = false;
+  std::vector<std::string> arms;  ///< to verify; empty: all
 };
 
 void require_address(const std::string& listen) {
@@ -87,6 +92,119 @@ ExitCode run_explain(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
+/// The names of the arms, if the recording has them. Throws Failure.
+void require_arms(const planner::Cell& cell, const std::vector<std::string>& arms) {
+  std::string names;
+  for (const std::string& name : names_of(cell)) names += (names.empty() ? "" : ", ") + name;
+  for (const std::string& arm : arms) {
+    const auto known = [&](const planner::PlannedArm& planned) { return planned.arm.name == arm; };
+    if (std::any_of(cell.arms.begin(), cell.arms.end(), known)) continue;
+    throw Failure(ExitCode::kBadInput,
+                  "--arm '" + config::printable(arm) + "' must be an arm of the recording: " + names);
+  }
+}
+
+Json json_of(const replay::ArmVerification& arm) {
+  Json json{{"arm", arm.arm},
+            {"ticks", arm.recorded},
+            {"recomputed", arm.recomputed()},
+            {"equal", arm.equal},
+            {"differing", arm.differing},
+            {"without_set_point", arm.without_set_point},
+            {"not_verifiable", arm.unverified},
+            {"missing", arm.missing},
+            {"memories", arm.memories},
+            {"differing_memories", arm.differing_memories},
+            {"commands", arm.commands},
+            {"differing_commands", arm.differing_commands},
+            {"first_difference", nullptr}};
+  if (arm.first) {
+    const replay::TickDifference& first = *arm.first;
+    json["first_difference"] = {{"tick", first.tick},
+                                {"time_s", first.time},
+                                {"node", first.node},
+                                {"joint", first.joint},
+                                {"velocity", first.velocity},
+                                {"recorded", first.recorded},
+                                {"recomputed", first.recomputed}};
+  }
+  return json;
+}
+
+/// What the table does not show, a line each.
+std::string lines_of(const replay::ArmVerification& arm) {
+  std::string lines;
+  const auto line = [&](const std::string& text) { lines += arm.arm + ": " + text + "\n"; };
+  for (const auto& [reason, count] : arm.unverified) {
+    line(std::to_string(count) + " ticks were not verified: " + reason);
+  }
+  if (arm.missing > 0) line(std::to_string(arm.missing) + " ticks are missing in the recording");
+  if (arm.without_set_point > 0) {
+    line(std::to_string(arm.without_set_point) + " ticks have no set-point: the planner had no fresh state of the arm");
+  }
+  if (arm.differing_memories > 0) {
+    line("the memory of the planner differs at " + std::to_string(arm.differing_memories) + " of " +
+         std::to_string(arm.memories) + " snapshots");
+  }
+  if (arm.differing_commands > 0) {
+    line(std::to_string(arm.differing_commands) + " of " + std::to_string(arm.commands) +
+         " recorded commands have other set-points than their ticks");
+  }
+  if (!arm.first) return lines;
+  const replay::TickDifference& first = *arm.first;
+  std::array<char, 96> values{};
+  std::snprintf(values.data(), values.size(), "%.17g recorded, %.17g recomputed", first.recorded, first.recomputed);
+  line("first difference: tick " + std::to_string(first.tick) + " of " + first.node + " at " +
+       decimal_text(first.time, 3) + " s: " +
+       (first.joint.empty() ? "the memory of the planner"
+                            : (first.velocity ? "velocity of joint " : "joint ") + first.joint + ": " + values.data()));
+  return lines;
+}
+
+ExitCode run_verify(const Settings& settings, const Options& options) {
+  replay::Verification verified;
+  try {
+    const replay::RecordedFiles files = replay::read_recorded_files(options.files);
+    require_arms(files.cell.cell, options.arms);
+    Progress progress;
+    verified = replay::verify_recording(options.files, files.cell.cell, options.arms, [&](double share) {
+      progress.show("verifying " + options.files.front(), share * 100.0, 100.0, "%");
+    });
+  } catch (const std::runtime_error& error) {
+    if (dynamic_cast<const Failure*>(&error) != nullptr) throw;
+    throw Failure(ExitCode::kBadInput, error.what());
+  }
+  for (const std::string& note : verified.notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
+  Json arms = Json::array();
+  Table table({{"ARM"},
+               {"TICKS", Align::kRight},
+               {"RECOMPUTED", Align::kRight},
+               {"EQUAL", Align::kRight},
+               {"DIFFERING", Align::kRight},
+               {"NOT VERIFIABLE", Align::kRight}});
+  std::string lines;
+  std::uint64_t recorded = 0;
+  std::uint64_t recomputed = 0;
+  bool differs = false;
+  for (const replay::ArmVerification& arm : verified.arms) {
+    arms.push_back(json_of(arm));
+    std::uint64_t unverified = 0;
+    for (const auto& [reason, count] : arm.unverified) unverified += count;
+    table.add({arm.arm, std::to_string(arm.recorded), std::to_string(arm.recomputed()), std::to_string(arm.equal),
+               std::to_string(arm.differing), std::to_string(unverified)});
+    lines += lines_of(arm);
+    recorded += arm.recorded;
+    recomputed += arm.recomputed();
+    differs = differs || arm.differs();
+  }
+  if (recorded == 0) {
+    lines += "no tick of a planner is recorded: no arm was commanded, or a version without ticks recorded the cell\n";
+  }
+  print(settings, {{"arms", std::move(arms)}, {"notes", verified.notes}},
+        table.text(Palette::for_stream(stdout)) + lines);
+  return differs || recomputed == 0 ? ExitCode::kNegative : ExitCode::kDone;
+}
+
 void add_files(CLI::App& command, Options& options) {
   command.add_option("FILE", options.files, "recording (.mcap); the files of a split recording in their order")
       ->required()
@@ -110,10 +228,22 @@ void add_replay(CLI::App& app, Session& session) {
       *command, "--port", [options](std::uint64_t port) { options->port = port; },
       "port of the page, 0 to 65535; 0: a free one (0)", 0, 65535);
   add_time(*command, *options, "show this time first, since the begin of the recording [s] (0)");
+  command->add_flag("--verify", options->verify,
+                    "serve no page: recompute each recorded tick of the planners, and compare set-points bit by bit");
+  command->add_option("--arm", options->arms, "with --verify: of these arms only (all)")
+      ->type_name("ARM...")
+      ->expected(1, 256);
   command->footer(
       "The address of the page is the first line of the output. All pages of one replay show the same time. The cell "
-      "file and its robots come from the recording. A damaged recording is shown as far as its CRCs prove it.");
-  command->callback([&session, options] { session.action = [options] { return run_replay(*options); }; });
+      "file and its robots come from the recording. A damaged recording is shown as far as its CRCs prove it. --verify "
+      "ends with exit "
+      "code 0 if it has recomputed a tick and nothing differs, and with 1 otherwise.");
+  command->callback([&session, options] {
+    if (!options->arms.empty() && !options->verify) throw Failure(ExitCode::kUsage, "--arm needs --verify");
+    session.action = [&session, options] {
+      return options->verify ? run_verify(session.settings, *options) : run_replay(*options);
+    };
+  });
 }
 
 void add_explain(CLI::App& app, Session& session) {

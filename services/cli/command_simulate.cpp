@@ -13,6 +13,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/episode_recorder.hpp"
 #include "services/cli/plots.hpp"
+#include "services/cli/simulation_recording.hpp"
 #include "services/cli/task_report.hpp"
 #include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
@@ -20,32 +21,19 @@
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
+#include "services/tick_log/cell_changes.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
 struct Options {
   std::string cell;
-  std::string method;
-  int rollouts = -1;  ///< −1: as the cell file says
-  bool no_routes = false;
   std::string report;
   std::string plot;    ///< folder; empty: no plots
   std::string record;  ///< file; empty: no record
-  double speed = 0.0;  ///< [rad/s]; 0: the cell's limits
+  CellChanges changes;
   planner::BatchOptions batch;
 };
-
-/// Replaces the velocity limits of all revolute joints.
-void limit_speed(planner::Cell& cell, double speed) {
-  for (planner::PlannedArm& planned : cell.arms) {
-    for (int j = 0; j < planned.arm.model->joints(); ++j) {
-      if (planner::joint_type(*planned.arm.model, j) != planner::JointType::kPrismatic) {
-        planned.arm.limits.velocity[j] = speed;
-      }
-    }
-  }
-}
 
 using Findings = std::vector<config::Finding>;
 
@@ -114,7 +102,7 @@ std::vector<MissedTask> missed_of(const planner::Cell& cell, const std::vector<p
 Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
   Report report;
   report.cell = cell.name;
-  report.method = options.method.empty() ? "as configured" : options.method;
+  report.method = options.changes.method.empty() ? "as configured" : options.changes.method;
   report.seed = options.batch.seed;
   report.tasks = batch.tasks;
   report.reached = batch.reached;
@@ -153,18 +141,9 @@ ExitCode run(const Settings& settings, const Options& options) {
   require_tasks(file);
   planner::Cell cell = file.cell;
   check_writable(options.report);
-  for (planner::PlannedArm& planned : cell.arms) {
-    if (options.rollouts >= 0) planned.parameters.rollout.candidates = options.rollouts;
-    if (options.no_routes) planned.parameters.replanning.stall_timeout = 0.0;
-    if (options.no_routes) planned.parameters.coordination.stall_timeout = 0.0;
+  if (const auto objection = options.changes.apply(cell)) {
+    throw Failure(ExitCode::kBadInput, "--method = " + *objection);
   }
-  if (!options.method.empty()) {
-    for (planner::PlannedArm& planned : cell.arms) {
-      planned.select_method(options.method);
-      if (const auto objection = planned.objection()) throw Failure(ExitCode::kBadInput, "--method = " + *objection);
-    }
-  }
-  if (options.speed > 0.0) limit_speed(cell, options.speed);
   Findings findings;
   warn_of_stale_states(cell, options.batch.network, findings);
   const auto began = std::chrono::steady_clock::now();
@@ -172,7 +151,10 @@ ExitCode run(const Settings& settings, const Options& options) {
   std::optional<EpisodePlotter> plotter;
   std::optional<EpisodeRecorder> recorder;
   if (!options.plot.empty()) plotter.emplace(options.plot, cell);
-  if (!options.record.empty()) recorder.emplace(options.record);
+  std::optional<SimulationRecording> recording;
+  const bool records_all = options.record.ends_with(".mcap");
+  if (records_all) recording.emplace(options.record, file, options.changes);
+  if (!options.record.empty() && !records_all) recorder.emplace(options.record);
   if (plotter || recorder) {
     batch_options.observe_first = [&plotter, &recorder](const planner::EpisodeMoment& moment) {
       if (plotter) plotter->plot(moment);
@@ -180,11 +162,22 @@ ExitCode run(const Settings& settings, const Options& options) {
     };
   }
   BatchWatch watch(cell, batch_options);
+  if (recording) {
+    batch_options.record = [&recording](int episode, const planner::Cell& simulated) {
+      return recording->record_episode(episode, simulated);
+    };
+    batch_options.ended = [&recording, ended = batch_options.ended] { return ended() || recording->failed(); };
+  }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
   watch.end();
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) std::fprintf(stderr, "%d plots in %s\n", plotter->plots(), config::valid_utf8(options.plot).c_str());
   if (recorder) recorder->finish();
+  if (recording) {
+    recording->finish();
+    std::fprintf(stderr, "%llu ticks in %s\n", static_cast<unsigned long long>(recording->ticks()),
+                 config::valid_utf8(options.record).c_str());
+  }
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0 && !batch.ended_early) {
     throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
@@ -221,12 +214,12 @@ void add_simulate(CLI::App& app, Session& session) {
       "goals for single arms, in total (100)", 1, kMostTasks);
   add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, bit by bit (1)");
   const std::vector<std::string_view> methods = planner::built_in_methods().names();
-  add_choice(*command, "--method", options->method, {methods.begin(), methods.end()},
+  add_choice(*command, "--method", options->changes.method, {methods.begin(), methods.end()},
              "motion method of all arms (of the cell file)");
   add_whole_number(
-      *command, "--rollouts", [options](std::uint64_t n) { options->rollouts = static_cast<int>(n); },
+      *command, "--rollouts", [options](std::uint64_t n) { options->changes.rollouts = static_cast<int>(n); },
       "rollouts that a blocked arm runs at a time; 0: none (of the cell file)", 0, 1000);
-  command->add_flag("--no-routes", options->no_routes,
+  command->add_flag("--no-routes", options->changes.no_routes,
                     "stalled arms plan no routes around obstacles and no coupled plans");
   add_duration(*command, "--age", batch.network.age,
                "mean age of the received states of other arms and obstacles, up to 10s (0ms)", 0.0, 10.0);
@@ -242,7 +235,7 @@ void add_simulate(CLI::App& app, Session& session) {
       "mean number of states lost in a row (losses are independent)", kBurst);
   constexpr config::Bounds kSpeed{0.0, 100.0, "rad/s", true};
   add_number(
-      *command, "--speed", [options](double speed) { options->speed = speed; },
+      *command, "--speed", [options](double speed) { options->changes.speed = speed; },
       "speed limit of all revolute joints, up to 100 rad/s (of the cell file and the URDF)", kSpeed);
   add_whole_number(
       *command, "--threads", [&batch](std::uint64_t n) { batch.threads = static_cast<int>(n); },
@@ -255,7 +248,10 @@ void add_simulate(CLI::App& app, Session& session) {
           "--plot", options->plot,
           "plot the first episode into this folder, as SVG: workspace, and C-space or field of methods that have one")
       ->type_name("DIR");
-  command->add_option("--record", options->record, "write the first episode to this file, a line of JSON each 50 ms")
+  command
+      ->add_option("--record", options->record,
+                   "FILE.mcap: record each tick of all episodes, for `replay FILE --verify`; another file: the first "
+                   "episode, a line of JSON each 50 ms")
       ->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure ticks and rollouts: fills tick_us and rollouts.us, which differ between runs");

@@ -7,6 +7,7 @@
 #include "services/messages/convert.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/tick_log/program.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -32,6 +33,7 @@ LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string&
       arms_(cell, self),
       obstacles_(names_of(cell)),
       sensors_(cell.arms[self]),
+      options_(options),
       planner_(planner::CellGeometry(arms_of(cell), self), cell.arms[self].parameters, options) {
   command_.arm(name());
   command_.node(node);
@@ -118,6 +120,7 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   if (obstacles_.obstacles() != planned_with_) events.obstacles = planned_with_ = obstacles_.obstacles();
   events.goal = context.goal;
   events.scans = scans_;
+  if (context.ticks != nullptr) log_events(context, events);
   planner_.receive(events);
   scans_.clear();
   if (silent) return std::nullopt;
@@ -143,6 +146,7 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   inputs.number = next_number(context);
   inputs.answers = searches.answers();
   period.result = planner_.step(inputs);
+  if (context.ticks != nullptr) context.ticks->finish(inputs, period.result);
   if (inputs.number > 0) {
     command_.term(context.term);
     command_.sequence_number(inputs.number);
@@ -150,6 +154,16 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
     messages::to_message(period.result.qd, command_.qd());
   }
   return period;
+}
+
+void LivePlanner::log_events(const PeriodContext& context, const planner::PeriodEvents& events) const {
+  std::optional<TickWriter::Snapshot> snapshot;
+  if (context.snapshot) {
+    snapshot = TickWriter::Snapshot{planner_.save(), program_text(), options_, obstacles_.obstacles()};
+    // The map of a guide cannot be saved. The recording then tells that it cannot be verified.
+    if (snapshot->memory.empty()) snapshot.reset();
+  }
+  context.ticks->begin(context.now.time_since_epoch().count(), events, snapshot);
 }
 
 void LivePlanner::note_reaction(Clock::duration taken) {

@@ -17,6 +17,7 @@
 #include "services/planner/environment_view.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/tick_log/tick_writer.hpp"
 
 namespace hecaton::services {
 
@@ -62,6 +63,9 @@ class LivePlanner {
     bool continues = false;  ///< it also was in the last period, so the drive follows its set-points
     bool hold = false;
     std::optional<planner::GoalChange> goal = {};
+    /// Gets inputs and set-point of the period, with the planner's memory if `snapshot`; null: no recorder receives it.
+    TickWriter* ticks = nullptr;
+    bool snapshot = false;
   };
   struct PlannedPeriod {
     planner::PeriodInputs inputs;  ///< valid until the next period
@@ -89,6 +93,7 @@ class LivePlanner {
   [[nodiscard]] bool has_fresh_own_state(Clock::time_point now) const;
   [[nodiscard]] std::optional<msg::Cause> missing_environment(Clock::time_point now) const;
   [[nodiscard]] std::uint64_t next_number(const PeriodContext& context);
+  void log_events(const PeriodContext& context, const planner::PeriodEvents& events) const;
 
   int self_;
   double state_age_limit_;  ///< [s]
@@ -98,6 +103,7 @@ class LivePlanner {
   SensorView sensors_;
   std::vector<planner::RangeScan> scans_;  ///< since the last period
   planner::SharedObstacles planned_with_;  ///< as last given to planner_
+  planner::ArmPlannerOptions options_;
   planner::ArmPlanner planner_;
   Clock::duration reaction_{};  ///< longest recent time from the beginning of a period until its command was sent
   std::uint64_t sequence_ = 0;  ///< number of the last command

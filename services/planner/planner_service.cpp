@@ -173,7 +173,8 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
                   .coordination = CoordinationPublisher(participant_, names_of(file.cell), arm, place.node),
                   .heartbeat =
                       HeartbeatPublisher(participant_, {place.node, msg::NodeKind::NODE_PLANNER, place.arm, place.host},
-                                         heartbeat_timing(file, options))},
+                                         heartbeat_timing(file, options)),
+                  .ticks = TickPublisher(participant_, place.arm, arm, place.node)},
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
       failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.checkpoint,
                 file.cell.arms[arm].arm.model->joints()),
@@ -258,6 +259,7 @@ void PlannerService::plan(Clock::time_point now) {
   if (hold != hold_) log_info(hold ? "arm is held" : "arm may move", {{"reason", hold ? hold->text() : std::string()}});
   hold_ = std::move(hold);
 
+  const TickPublisher::Period recorded = publishers_.ticks.begin(now, failover_.in_charge());
   const auto planned = planner_.step(
       {.now = now,
        .missed = static_cast<double>(loop_.skipped()) * std::chrono::duration<double>(loop_.period()).count(),
@@ -266,7 +268,9 @@ void PlannerService::plan(Clock::time_point now) {
        .commands = failover_.in_charge(),
        .continues = failover_.continues(),
        .hold = hold_.has_value(),
-       .goal = goals_.take_change()},
+       .goal = goals_.take_change(),
+       .ticks = recorded.ticks,
+       .snapshot = recorded.snapshot},
       searches_);
   if (planned) {
     if (planned->inputs.number > 0) send_command(now);
@@ -284,6 +288,7 @@ void PlannerService::plan(Clock::time_point now) {
                                           .tool = goals_.has_active() ? goals_.tool() : nullptr});
   if (progress) goals_.progress(*progress, now);
   planner_.note_reaction(Clock::now() - now);
+  publishers_.ticks.publish();  // a recorder makes no command later
 }
 
 // If this process was stopped while planning, the command rests on older states than the planner assumed. It is then

@@ -20,6 +20,7 @@
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/live_planner.hpp"
 #include "services/planner/search_threads.hpp"
+#include "services/planner/tick_publisher.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/options.hpp"
@@ -89,6 +90,7 @@ struct PlannerPublishers {
   bus::Writer<msg::GoalStatus> statuses;
   CoordinationPublisher coordination;
   HeartbeatPublisher heartbeat;
+  TickPublisher ticks;
 };
 
 /// The planner of one arm as a service: it receives states, publishes one command per control period, and answers every

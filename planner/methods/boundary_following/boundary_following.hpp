@@ -19,6 +19,13 @@ struct FollowerMemory {
   Eigen::Vector2d A_lock = {1.0, 0.0};  ///< the followed projected constraint, unit (eq. 19)
   double time_in_subspace = 0.0;        ///< [s]
   int switches_in_subspace = 0;         ///< changes of the followed constraint
+
+  void describe(MemoryArchive& archive) {
+    archive(d_lock, U1, U2);
+    archive.coordinates(A_lock);
+    archive(time_in_subspace);
+    archive.count(switches_in_subspace);
+  }
 };
 
 /// State that the functions below change.
@@ -81,6 +88,7 @@ class BoundaryFollowing : public MotionMethod, public Configured<FollowerParamet
   [[nodiscard]] Redirection redirect(const MethodInput& input, const ConstrainedMotion& constrained,
                                      MethodState state) const override;
   [[nodiscard]] bool is_blocked(const JointVector& possible, const JointVector& wanted) const override;
+  void prepare(MethodMemory& memory) const override { static_cast<void>(follower_of(memory)); }
 
  protected:
   explicit BoundaryFollowing(const MethodTraits& traits) : MotionMethod(traits) {}

@@ -27,6 +27,7 @@ class FieldMethod final : public MotionMethod, public Configured<PotentialParame
   [[nodiscard]] std::optional<std::string> validate() const override;
   [[nodiscard]] std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const override;
   [[nodiscard]] WantedMotion want(const MethodInput& input, MethodState state) const override;
+  void prepare(MethodMemory& memory) const override { static_cast<void>(memory.as<OscillationMonitor>()); }
 };
 
 }  // namespace hecaton::planner::potential

@@ -2,6 +2,7 @@
 /// Detection of oscillation near a local minimum [Cardenas10, "Examples": "vibrations"].
 
 #include "planner/model/limits.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner::potential {
 
@@ -28,6 +29,8 @@ struct OscillationMonitor {
     anchor = q;
     travelled = time = 0.0;
   }
+
+  void describe(MemoryArchive& archive) { archive(anchor, last, travelled, time, oscillating); }
 };
 
 }  // namespace hecaton::planner::potential

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "planner/model/limits.hpp"
+#include "planner/model/memory_archive.hpp"
 
 namespace hecaton::planner {
 
@@ -51,6 +52,7 @@ struct ReducedSubspace {
   JointVector u2;         ///< unit, orthogonal to u₁ (eq. 7), including λ: the arm turns there first
   double distance = 0.0;  ///< ‖q_F − q_I‖ [rad]
 
+  void describe(MemoryArchive& archive) { archive(q_start, u1, u2, distance); }
   [[nodiscard]] JointVector at(double x, double y) const { return q_start + x * u1 + y * u2; }
 };
 
@@ -61,6 +63,8 @@ struct StrategyMemory {
   double x = 0.0;          ///< end of the last step: plane.at(x, y) [rad]
   double y = 0.0;
   double side = 1.0;  ///< −1: the local direction is reversed
+
+  void describe(MemoryArchive& archive) { archive(under_way, plane, x, y, side); }
 };
 
 /// The plane from `q_start` to `q_goal`. Precondition: they differ.

@@ -62,6 +62,8 @@ namespace {
 struct StrategyFollowingMemory {
   FollowerMemory follower;
   StrategyMemory strategy;
+
+  void describe(MemoryArchive& archive) { archive(follower, strategy); }
 };
 
 /// Follows the boundary across the line to the goal [Mediavilla02, footnote of section 4]:

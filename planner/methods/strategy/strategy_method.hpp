@@ -61,6 +61,7 @@ class StrategyStep final : public MotionMethod, public StrategyKeys {
   [[nodiscard]] std::optional<double> least_rest_distance() const override { return parameters.distance + 1e-3; }
   [[nodiscard]] std::unique_ptr<MethodWorkspace> make_workspace(const CellGeometry& geometry) const override;
   [[nodiscard]] WantedMotion want(const MethodInput& input, MethodState state) const override;
+  void prepare(MethodMemory& memory) const override { static_cast<void>(memory.as<StrategyMemory>()); }
 };
 
 }  // namespace hecaton::planner

@@ -261,6 +261,69 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
   EXPECT_GT(faults, 0U);
 }
 
+/// three_puma with a standby for each planner, as on two hosts.
+class CellWithStandbys : public LiveCell {
+ protected:
+  CellWithStandbys() {
+    std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder_.path("urdf"));
+    std::ifstream file(kThreePuma);
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    const auto replace = [&text](const std::string& from, const std::string& to) {
+      const std::size_t at = text.find(from);
+      ASSERT_NE(at, std::string::npos) << from;
+      text.replace(at, from.size(), to);
+    };
+    replace("supervision:\n",
+            "hosts: {here: 127.0.0.1, there: 127.0.0.1}\nworld: {host: here}\nsupervision:\n  host: here\n");
+    for (const std::string arm : {"north", "west", "east"}) {
+      replace("- name: " + arm + "\n", "- name: " + arm + "\n    host: here\n    standby_host: there\n");
+    }
+    folder_.write("cell.yaml", text);
+  }
+  [[nodiscard]] std::string cell_file() const override { return folder_.path("cell.yaml"); }
+
+  /// The node that commands the arm.
+  [[nodiscard]] std::string planner_of(const std::string& arm) const {
+    return entry(json({"status"}).at("arms"), "name", arm).at("planner").get<std::string>();
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CellWithStandbys, IsRecomputedToTheLastBitAfterAFailover) {
+  const std::string path = folder_.path("run.mcap");
+  const auto recorder = start({"record", cell_file(), "-o", path});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  const auto to = [&](const char* pose) {
+    std::vector<std::unique_ptr<Process>> goals;
+    for (const char* arm : {"north", "west", "east"}) {
+      goals.push_back(start({"goal", arm, "--named", pose, "--wait"}));
+    }
+    for (const auto& goal : goals) EXPECT_EQ(goal->wait(), 0) << goal->err();
+  };
+  to("ready");
+  const std::string before = planner_of("north");
+  ASSERT_EQ(kill(processes().at(before), SIGKILL), 0);
+  for (const auto until = std::chrono::steady_clock::now() + kPatience;
+       planner_of("north") == before && std::chrono::steady_clock::now() < until;) {
+  }
+  to("home");
+  recorder->signal(SIGINT);
+  ASSERT_EQ(recorder->wait(), 0) << recorder->err();
+  EXPECT_EQ(bag_info(path).topics.at("hecaton/PlannerTick").nodes.count(before), 1U);
+  EXPECT_GE(bag_info(path).topics.at("hecaton/PlannerTick").nodes.size(), 4U) << "the standby of north commanded";
+
+  const Ran verified = run_hecaton({"replay", path, "--verify", "-o", "json"});
+  EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
+  for (const Json& arm : Json::parse(verified.out).at("arms")) {
+    EXPECT_EQ(arm.at("differing"), 0) << arm;
+    EXPECT_EQ(arm.at("differing_memories"), 0) << arm;
+    EXPECT_EQ(arm.at("differing_commands"), 0) << arm;
+    EXPECT_GT(arm.at("recomputed").get<int>(), 300) << arm;
+    EXPECT_GT(arm.at("commands").get<int>(), 300) << arm;
+    std::printf("%s\n", arm.dump().c_str());
+  }
+}
+
 TEST(Record, SaysWhatItNeeds) {
   const TemporaryFolder folder;
   const std::string file = folder.path("a.mcap");

@@ -9,6 +9,7 @@
 #include "services/client/convert.hpp"
 #include "services/messages/convert.hpp"
 #include "services/recorder/cdr_columns.hpp"
+#include "services/tick_log/tick_reader.hpp"
 #include "services/view/state_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/cdr.hpp"
@@ -74,6 +75,13 @@ void convert(const msg::SupervisorReply& reply) {
 }
 void convert(const msg::ContactReport& report) {
   static_cast<void>(messages::from_message(report.smallest(), "smallest"));
+}
+void convert(const msg::PlannerTick& tick) {
+  static const config::CellFile kCell = config::load_cell_file(fuzz::source("deploy/cells/three_puma.yaml"));
+  services::TickReader reader(kCell.cell, 0);
+  const auto error = reader.take(tick);
+  fuzz::require(!error || !error->empty(), "a tick gives inputs or a sentence");
+  if (!error && tick.snapshot()) static_cast<void>(reader.planner(tick));
 }
 template <class T>
 void convert(const T&) {}

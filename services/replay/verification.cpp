@@ -1,0 +1,317 @@
+#include "services/replay/verification.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include <idl/arm.h>
+#include <idl/planner.h>
+
+#include "services/bus/recorded_sample.hpp"
+#include "services/recorder/mcap_reader.hpp"
+#include "services/tick_log/cell_changes.hpp"
+#include "services/tick_log/program.hpp"
+#include "services/tick_log/tick_reader.hpp"
+
+namespace hecaton::services::replay {
+namespace {
+
+using recorder::McapMessage;
+
+constexpr const char* kNoSnapshot = "the recording began, or goes on, between two snapshots of the planner";
+constexpr const char* kGap = "ticks before them are missing in the recording";
+constexpr const char* kBroken = "a tick cannot be read";
+constexpr const char* kOtherPlanner = "the memory of the planner cannot be loaded by this program";
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+/// The first joint that differs; empty: none.
+std::optional<std::size_t> first_difference(const std::vector<double>& recorded, const planner::JointVector& computed) {
+  for (std::size_t j = 0; j < recorded.size(); ++j) {
+    if (static_cast<Eigen::Index>(j) >= computed.size()) return j;
+    if (!same_bits(recorded[j], computed[static_cast<Eigen::Index>(j)])) return j;
+  }
+  return std::nullopt;
+}
+
+/// Set-points of ticks and of commands that wait for each other: they come on two topics.
+class CommandComparison {
+ public:
+  /// `what`: q, then q̇.
+  void tick(const std::string& key, std::vector<double> what, ArmVerification& report) {
+    match(ticks_, commands_, key, std::move(what), report);
+  }
+  void command(const std::string& key, std::vector<double> what, ArmVerification& report) {
+    match(commands_, ticks_, key, std::move(what), report);
+  }
+
+ private:
+  static constexpr std::size_t kMostWaiting = 512;
+  using Waiting = std::deque<std::pair<std::string, std::vector<double>>>;
+
+  static void match(Waiting& own, Waiting& other, const std::string& key, std::vector<double> what,
+                    ArmVerification& report) {
+    const auto found = std::find_if(other.begin(), other.end(), [&](const auto& entry) { return entry.first == key; });
+    if (found == other.end()) {
+      own.emplace_back(key, std::move(what));
+      if (own.size() > kMostWaiting) own.pop_front();
+      return;
+    }
+    ++report.commands;
+    const bool same = std::equal(what.begin(), what.end(), found->second.begin(), found->second.end(), same_bits);
+    if (!same) ++report.differing_commands;
+    other.erase(found);
+  }
+
+  Waiting ticks_;
+  Waiting commands_;
+};
+
+/// The planner of one process. Its messages follow each other.
+class Stream {
+ public:
+  Stream(const planner::Cell& cell, int self) : arm_(cell.arms[self].arm), reader_(cell, self) {}
+
+  void take(const msg::PlannerTick& tick, double time, ArmVerification& report) {
+    const bool follows = last_ && tick.sequence_number() == *last_ + 1;
+    if (last_ && tick.sequence_number() > *last_ + 1) {
+      report.missing += tick.sequence_number() - *last_ - 1;
+      lose(kGap);
+    } else if (last_ && !follows) {
+      lose(kNoSnapshot);
+    }
+    last_ = tick.sequence_number();
+    if (!planner_ && !tick.snapshot()) return skip(report);
+    if (auto error = reader_.take(tick)) {
+      lose(kBroken);
+      return skip(report);
+    }
+    if (tick.snapshot() && !begin(tick, time, report)) return skip(report);
+    recompute(tick, time, report);
+  }
+
+ private:
+  void lose(const char* reason) {
+    planner_.reset();
+    reason_ = reason;
+  }
+  void skip(ArmVerification& report) const { ++report.unverified[reason_]; }
+
+  /// The planner continues from the recorded memory. One that was recomputed up to here must have the same.
+  bool begin(const msg::PlannerTick& tick, double time, ArmVerification& report) {
+    std::unique_ptr<planner::ArmPlanner> planner = reader_.planner(tick);
+    if (!planner) {
+      lose(kOtherPlanner);
+      return false;
+    }
+    if (planner_ && !tick.memory().empty()) {
+      ++report.memories;
+      if (planner_->save() != tick.memory()) {
+        ++report.differing_memories;
+        if (!report.first) report.first = TickDifference{tick.sequence_number(), time, tick.node(), {}, {}, {}, {}};
+      }
+    }
+    planner_ = std::move(planner);
+    return true;
+  }
+
+  void recompute(const msg::PlannerTick& tick, double time, ArmVerification& report) {
+    planner_->receive(reader_.events());
+    if (!tick.planned()) {
+      ++report.without_set_point;
+      return;
+    }
+    const planner::TickResult result = planner_->step(reader_.inputs());
+    static_cast<void>(planner_->plan_ahead(reader_.inputs(), result));
+    const auto q = first_difference(tick.q(), result.q);
+    const auto qd = first_difference(tick.qd(), result.qd);
+    const bool sizes = static_cast<Eigen::Index>(tick.q().size()) == result.q.size() &&
+                       static_cast<Eigen::Index>(tick.qd().size()) == result.qd.size();
+    if (!q && !qd && sizes) {
+      ++report.equal;
+      return;
+    }
+    ++report.differing;
+    if (report.first) return;
+    TickDifference& first = report.first.emplace();
+    first.tick = tick.sequence_number();
+    first.time = time;
+    first.node = tick.node();
+    first.velocity = !q && qd;
+    const std::size_t joint = q.value_or(qd.value_or(0));
+    const auto index = static_cast<Eigen::Index>(joint);
+    if (index >= result.q.size() || joint >= tick.q().size()) return;
+    first.joint = arm_.model->joint_names[joint];
+    first.recorded = first.velocity ? tick.qd()[joint] : tick.q()[joint];
+    first.recomputed = first.velocity ? result.qd[index] : result.q[index];
+  }
+
+  const planner::Arm& arm_;
+  TickReader reader_;
+  std::unique_ptr<planner::ArmPlanner> planner_;  ///< null: its memory is not known
+  std::optional<std::uint64_t> last_;             ///< number of the last message
+  const char* reason_ = kNoSnapshot;              ///< why the memory is not known
+};
+
+class Verifier {
+ public:
+  Verifier(const planner::Cell& cell, const std::vector<std::string>& arms) : cell_(cell), commands_(cell.arms.size()) {
+    for (const planner::PlannedArm& planned : cell.arms) {
+      result_.arms.emplace_back().arm = planned.arm.name;
+      const auto named = std::find(arms.begin(), arms.end(), planned.arm.name);
+      wanted_.push_back(arms.empty() || named != arms.end());
+    }
+  }
+
+  void take(const McapMessage& message) {
+    if (!message.channel->schema) return;
+    if (!began_) began_ = message.log_time;
+    if (message.channel->topic == bus::Topic<msg::PlannerTick>::kInfo.name) {
+      take_tick(message);
+    } else if (message.channel->topic == bus::Topic<msg::ArmCommand>::kInfo.name) {
+      take_command(message);
+    }
+  }
+
+  void note(std::string sentence) {
+    const auto known = std::find(result_.notes.begin(), result_.notes.end(), sentence);
+    if (known == result_.notes.end()) result_.notes.push_back(std::move(sentence));
+  }
+
+  Verification finish() {
+    if (undecoded_ > 0) {
+      note(std::to_string(undecoded_) + " ticks break a rule of the wire, or have another schema version than " +
+           std::to_string(msg::SCHEMA_VERSION) + ": they are not verified");
+    }
+    Verification result;
+    result.notes = std::move(result_.notes);
+    for (std::size_t i = 0; i < wanted_.size(); ++i) {
+      if (wanted_[i]) result.arms.push_back(std::move(result_.arms[i]));
+    }
+    return result;
+  }
+
+ private:
+  [[nodiscard]] int index_of(const std::string& arm) const {
+    for (std::size_t i = 0; i < wanted_.size(); ++i) {
+      if (result_.arms[i].arm == arm && wanted_[i]) return static_cast<int>(i);
+    }
+    return -1;
+  }
+
+  void take_tick(const McapMessage& message) {
+    const bus::DecodedSample<msg::PlannerTick> decoded = bus::decode_recorded<msg::PlannerTick>(message.data);
+    if (!decoded.value) {
+      ++undecoded_;
+      return;
+    }
+    const msg::PlannerTick& tick = *decoded.value;
+    const int arm = index_of(tick.arm());
+    if (arm < 0) return;
+    ArmVerification& report = result_.arms[static_cast<std::size_t>(arm)];
+    ++report.recorded;
+    if (tick.snapshot() && tick.program() != program_text()) {
+      note("recorded by program " + tick.program() + ", and recomputed by " + program_text() +
+           ": differences may come from that");
+    }
+    Stream& stream = streams_.try_emplace({arm, writer_of(message)}, cell_, arm).first->second;
+    stream.take(tick, seconds(message.log_time), report);
+    const std::string key = set_point_of(message, tick.number());
+    if (key.empty() || !tick.planned()) return;
+    commands_[static_cast<std::size_t>(arm)].tick(key, joined(tick.q(), tick.qd()), report);
+  }
+
+  void take_command(const McapMessage& message) {
+    const bus::DecodedSample<msg::ArmCommand> decoded = bus::decode_recorded<msg::ArmCommand>(message.data);
+    if (!decoded.value) return;
+    const msg::ArmCommand& command = *decoded.value;
+    const int arm = index_of(command.arm());
+    if (arm < 0) return;
+    const std::string key = set_point_of(message, command.sequence_number());
+    if (key.empty()) return;
+    commands_[static_cast<std::size_t>(arm)].command(key, joined(command.q(), command.qd()),
+                                                     result_.arms[static_cast<std::size_t>(arm)]);
+  }
+
+  static std::string writer_of(const McapMessage& message) {
+    const auto writer = message.channel->metadata.find("writer");
+    return writer == message.channel->metadata.end() ? std::string() : writer->second;
+  }
+  /// The process of the planner and the number of the set-point, which grows as long as the process lives. Empty: the
+  /// writer is unknown, or the set-point was not sent.
+  static std::string set_point_of(const McapMessage& message, std::uint64_t number) {
+    constexpr std::size_t kProcess = 24;  // digits
+    const std::string process = writer_of(message).substr(0, kProcess);
+    const bool known = process.find_first_not_of('0') != std::string::npos;
+    return known && number > 0 ? process + "/" + std::to_string(number) : std::string();
+  }
+  static std::vector<double> joined(std::vector<double> q, const std::vector<double>& qd) {
+    q.insert(q.end(), qd.begin(), qd.end());
+    return q;
+  }
+
+  [[nodiscard]] double seconds(std::uint64_t log_time) const {
+    return log_time < *began_ ? 0.0 : 1e-9 * static_cast<double>(log_time - *began_);
+  }
+
+  const planner::Cell& cell_;
+  Verification result_;
+  std::vector<bool> wanted_;
+  std::map<std::pair<int, std::string>, Stream> streams_;  ///< by arm and writer
+  std::vector<CommandComparison> commands_;
+  std::optional<std::uint64_t> began_;
+  std::uint64_t undecoded_ = 0;
+};
+
+/// The changes of a simulation; nothing in the recording of a live cell.
+void apply_changes(const std::string& path, planner::Cell& cell) {
+  std::optional<std::string> text;
+  recorder::McapVisitor visitor;
+  visitor.attachment = [&](const recorder::McapAttachment& file) {
+    if (file.name == CellChanges::kAttachment) text = std::string(file.data.begin(), file.data.end());
+  };
+  visitor.chunk = [](std::uint64_t) { return false; };
+  recorder::read_mcap(path, visitor);
+  if (!text) return;
+  const std::optional<CellChanges> changes = CellChanges::from_json(*text);
+  if (!changes) throw recorder::RecordingError(path + ": its attachment simulation.json cannot be read");
+  if (const auto objection = changes->apply(cell)) throw recorder::RecordingError(path + ": " + *objection);
+}
+
+}  // namespace
+
+Verification verify_recording(const std::vector<std::string>& paths, const planner::Cell& cell,
+                              const std::vector<std::string>& arms, const std::function<void(double share)>& progress) {
+  planner::Cell changed = cell;
+  apply_changes(paths.front(), changed);
+  Verifier verifier(changed, arms);
+  double total = 0.0;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    total += static_cast<double>(std::filesystem::file_size(path, error));
+  }
+  double before = 0.0;
+  for (const std::string& path : paths) {
+    recorder::McapVisitor visitor;
+    visitor.message = [&](const McapMessage& message) { verifier.take(message); };
+    visitor.chunk = [&](std::uint64_t at) {
+      if (progress && total > 0.0) progress((before + static_cast<double>(at)) / total);
+      return true;
+    };
+    const recorder::McapReport report = recorder::read_mcap(path, visitor);
+    before += static_cast<double>(report.bytes);
+    if (report.cut)
+      verifier.note(path + " has no end: its recorder was killed, had no room on the disk, or still writes");
+    for (const std::string& damage : report.damages) verifier.note(path + ": " + damage);
+  }
+  return verifier.finish();
+}
+
+}  // namespace hecaton::services::replay
