@@ -75,6 +75,7 @@ class Draw {
     if (arm.known) arm.qd = joints();
     arm.age = random_.uniform();
     arm.plans = coin();
+    arm.foreign = coin();
     arm.has_goal = coin();
     if (arm.has_goal) arm.q_goal = joints();
     arm.priority = static_cast<std::uint32_t>(random_.next());
@@ -233,8 +234,9 @@ TEST(TickLog, KeepsEachBitOfTheInputs) {
       expect_same_bits(a.qd, b.qd);
       expect_same_bits(a.q_goal, b.q_goal);
       expect_same_bits(a.position_uncertainty, b.position_uncertainty);
-      EXPECT_TRUE(a.age == b.age && a.known == b.known && a.plans == b.plans && a.has_goal == b.has_goal &&
-                  a.priority == b.priority && a.progress == b.progress && a.speed == b.speed);
+      EXPECT_TRUE(a.age == b.age && a.known == b.known && a.plans == b.plans && a.foreign == b.foreign &&
+                  a.has_goal == b.has_goal && a.priority == b.priority && a.progress == b.progress &&
+                  a.speed == b.speed);
       ASSERT_EQ(a.proposal != nullptr, b.proposal != nullptr);
       if (!b.proposal) continue;
       EXPECT_EQ(a.proposal->number, b.proposal->number);
