@@ -5,6 +5,8 @@ install(TARGETS hecaton hecaton-agent hecaton-planner hecaton-arm-driver hecaton
                 hecaton-recorder hecaton-ros2
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY examples/client DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhecaton-dev/examples COMPONENT client)
+install(DIRECTORY examples/device DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libhecaton-dev/examples COMPONENT client
+        PATTERN "*_test.cpp" EXCLUDE PATTERN "wrong_key.yaml" EXCLUDE)
 install(DIRECTORY deploy/robots DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/cells DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
 install(DIRECTORY deploy/ros2 DESTINATION ${CMAKE_INSTALL_DATADIR}/hecaton)
@@ -69,7 +71,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hecaton)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 get_property(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS GLOBAL PROPERTY HECATON_PYTHON_DEPENDS)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS hecaton)
-set(CPACK_COMPONENT_CLIENT_DESCRIPTION "C++ client library of Hecaton: headers, shared library, CMake package, pkg-config file")
+set(CPACK_COMPONENT_CLIENT_DESCRIPTION "C++ client library of Hecaton, and headers of device plug-ins: shared library, CMake package, pkg-config file")
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS libeigen3-dev)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libhecaton-dev)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION libdevel)
 include(CPack)

@@ -1,13 +1,22 @@
-#include "examples/device/serial_arm.hpp"
-
+// A device plug-in: an arm on a serial line with a text protocol.
+//
+//     arm → driver   S q₁ … qₙ q̇₁ … q̇ₙ      measured state [rad], [rad/s], every few milliseconds
+//                    F description           instead of a state while the arm has failed
+//     driver → arm   M q₁ … qₙ q̇₁ … q̇ₙ ms   set-point for the end of the period; stop without a successor within ms
+//                    H                       stop
+//
+// Key in the cell file: `port`, the path of the serial line.
 #include <cerrno>
 #include <cstring>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 
 #include <fcntl.h>
 #include <termios.h>
 #include <unistd.h>
+
+#include "services/arm_driver/devices/plugin.hpp"
 
 using namespace hecaton::device;
 
@@ -91,8 +100,6 @@ class SerialArm final : public ArmDevice {
   Clock::time_point received_at_;
 };
 
-}  // namespace
-
 std::unique_ptr<ArmDevice> make_serial_arm(const DeviceSetup& setup) {
   const auto port = setup.values.find("port");
   if (port == setup.values.end()) {
@@ -100,3 +107,7 @@ std::unique_ptr<ArmDevice> make_serial_arm(const DeviceSetup& setup) {
   }
   return std::make_unique<SerialArm>(port->second, setup.start.size());
 }
+
+}  // namespace
+
+HECATON_DEVICE_PLUGIN({"serial", {"port"}, make_serial_arm})

@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "services/arm_driver/control_setup.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
@@ -16,21 +17,12 @@
 namespace hecaton::services {
 namespace {
 
-/// The driver sends a set-point in each of its periods. It is valid for a control period, as a planner's is, plus a
-/// driver period.
-ArmControlSetup control_setup(const config::CellFile& file, int arm, const device::ArmDevice& device, bool restarted,
-                              bool observed) {
-  const planner::Timing& timing = file.cell.timing;
-  const planner::Arm& planned = file.cell.arms[arm].arm;
-  ArmControlSetup setup{planned.name,
-                        planned.limits,
-                        timing.command_timeout,
-                        nanoseconds(timing.driver_period),
-                        nanoseconds(timing.control_period + timing.driver_period),
-                        {},
-                        observed};
+ArmControlSetup driver_setup(const config::CellFile& file, int arm, const device::ArmDevice& device, bool restarted,
+                             bool observed) {
+  ArmControlSetup setup = control_setup(file, arm);
+  setup.observed = observed;
   if (restarted && !device.continues_after_restart()) {
-    setup.latched = make_cause(msg::CauseKind::CAUSE_PROGRAM_STOPPED, planned.name,
+    setup.latched = make_cause(msg::CauseKind::CAUSE_PROGRAM_STOPPED, setup.arm,
                                "its driver was restarted: check the arm, then resume it");
   }
   return setup;
@@ -112,8 +104,8 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       checkpoint_(options.checkpoint),
       observed_(beside(options.checkpoint, ".observed"), 0, "whether others move the arm"),
       device_(std::move(device)),
-      control_(control_setup(file, arm, *device_, checkpoint_.recall().has_value(),
-                             observed_.recall().value_or(starts_observed(file.devices[arm]))),
+      control_(driver_setup(file, arm, *device_, checkpoint_.recall().has_value(),
+                            observed_.recall().value_or(starts_observed(file.devices[arm]))),
                *device_),
       published_{nanoseconds(state_period(file)), {}, {}} {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);

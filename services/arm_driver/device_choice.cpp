@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planner/model/robot_model.hpp"
+#include "services/arm_driver/device_plugin.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services {
@@ -17,8 +18,15 @@ using config::ConfigError;
 
 constexpr std::string_view kObserved = "observed";
 constexpr std::string_view kSource = "source";
+constexpr std::string_view kPlugin = "plugin";
 
-const device::DeviceType& type_of(const config::DeviceOptions& wanted, std::span<const device::DeviceType> types) {
+/// The kind that `device:` of the arm names: of its plug-in, or else of `types`.
+const device::DeviceType& type_of(const config::CellFile& file, int arm, std::span<const device::DeviceType> types) {
+  const config::DeviceOptions& wanted = file.devices[arm];
+  const auto plugin = wanted.values.find(kPlugin);
+  if (plugin != wanted.values.end()) {
+    types = load_device_plugin(plugin_file(plugin->second, file.path), wanted.where + ".plugin");
+  }
   std::vector<std::string_view> names;
   for (const device::DeviceType& type : types) names.push_back(type.type);
   const bool observed = starts_observed(wanted);
@@ -31,11 +39,14 @@ const device::DeviceType& type_of(const config::DeviceOptions& wanted, std::span
   const auto found = std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.type == name; });
   if (found == types.end()) {
     if (!observed) names.push_back(kObserved);
-    throw ConfigError(wanted.where + (observed ? ".source = " : ".type = ") + config::printable(name) + " must be " +
-                      config::alternatives(names));
+    throw ConfigError(
+        wanted.where + (observed ? ".source = " : ".type = ") + config::printable(name) + " must be " +
+        config::alternatives(names) +
+        (plugin == wanted.values.end() ? "" : ": its plug-in " + config::printable(plugin->second) + " has no other"));
   }
   std::vector<std::string_view> keys = {"type"};
   if (observed) keys.push_back(kSource);
+  if (plugin != wanted.values.end()) keys.push_back(kPlugin);
   keys.insert(keys.end(), found->keys.begin(), found->keys.end());
   for (const auto& [key, value] : wanted.values) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
@@ -62,6 +73,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   setup.where = file.devices[arm].where;
   setup.values = file.devices[arm].values;
   if (starts_observed(file.devices[arm])) setup.values.erase(std::string(kSource));
+  setup.values.erase(std::string(kPlugin));
   setup.joint_names = planned.arm.model->joint_names;
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
@@ -73,7 +85,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
 void require_own_ports(const config::CellFile& file, std::span<const device::DeviceType> types) {
   std::map<std::pair<std::string, int>, std::string> owners;
   for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
-    const device::DeviceType& type = type_of(file.devices[arm], types);
+    const device::DeviceType& type = type_of(file, arm, types);
     if (type.ports == nullptr) continue;
     for (const device::ListeningPort& port : type.ports(setup_of(file, arm, {}))) {
       const std::string& name = file.cell.arms[arm].arm.name;
@@ -90,7 +102,7 @@ void require_own_ports(const config::CellFile& file, std::span<const device::Dev
 void require_own_claims(const config::CellFile& file, std::span<const device::DeviceType> types) {
   std::map<std::string, std::string> owners;
   for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
-    const device::DeviceType& type = type_of(file.devices[arm], types);
+    const device::DeviceType& type = type_of(file, arm, types);
     if (type.claims == nullptr) continue;
     for (const device::Claim& claim : type.claims(setup_of(file, arm, {}))) {
       const std::string& name = file.cell.arms[arm].arm.name;
@@ -122,7 +134,7 @@ void require_known_devices(const config::CellFile& file, std::span<const device:
 std::vector<std::string> device_notes(const config::CellFile& file, std::span<const device::DeviceType> types) {
   std::vector<std::string> notes;
   for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
-    const device::DeviceType& type = type_of(file.devices[arm], types);
+    const device::DeviceType& type = type_of(file, arm, types);
     if (type.notes == nullptr) continue;
     for (std::string& note : type.notes(setup_of(file, arm, {}), *file.cell.arms[arm].arm.model)) {
       notes.push_back(std::move(note));
@@ -134,9 +146,9 @@ std::vector<std::string> device_notes(const config::CellFile& file, std::span<co
 std::vector<std::string> device_steps(const config::CellFile& file, std::span<const device::DeviceType> types) {
   constexpr std::string_view kArm = "ARM";
   std::vector<std::string> steps;
-  for (std::size_t arm = 0; arm < file.devices.size(); ++arm) {
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
     if (starts_observed(file.devices[arm])) continue;
-    for (const std::string_view step : type_of(file.devices[arm], types).steps) {
+    for (const std::string_view step : type_of(file, arm, types).steps) {
       std::string& own = steps.emplace_back(step);
       const std::size_t place = own.find(kArm);
       if (place != std::string::npos) own.replace(place, kArm.size(), file.cell.arms[arm].arm.name);
@@ -150,7 +162,7 @@ std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int
                                                const device::DeviceLog& log) {
   device::DeviceSetup setup = setup_of(file, arm, checkpoint);
   setup.log = log;
-  return type_of(file.devices[arm], types).make(setup);
+  return type_of(file, arm, types).make(setup);
 }
 
 }  // namespace hecaton::services

@@ -1,5 +1,6 @@
 #pragma once
-/// Selects and creates the device that `device:` in the cell file names.
+/// Selects and creates the device that `device:` in the cell file names. `types`: those of the program; an arm whose
+/// `device:` has the key `plugin` chooses among the types of that library instead.
 
 #include <memory>
 #include <span>
@@ -15,9 +16,9 @@ namespace hecaton::services {
 /// measures it.
 [[nodiscard]] bool starts_observed(const config::DeviceOptions& device);
 
-/// Throws config::ConfigError when an arm's `device:` has a type that is not among `types`, or a key or value that its
-/// type refuses. Two devices of one host must not listen on the same port, and two arms must not have one controller.
-/// Call it before anything starts.
+/// Throws config::ConfigError when an arm's `device:` has a type that does not exist, a plug-in that cannot be used, or
+/// a key or value that its type refuses. Two devices of one host must not listen on the same port, and two arms must
+/// not have one controller. Call it before anything starts.
 void require_known_devices(const config::CellFile& file,
                            std::span<const device::DeviceType> types = device::device_types());
 

@@ -41,6 +41,7 @@ void add_commands(CLI::App& app, Session& session) {
   add_mode_commands(app, session);
   add_speed(app, session);
   add_device(app, session);
+  add_device_test(app, session);
   add_obstacle(app, session);
   add_carry_commands(app, session);
   add_init(app, session);

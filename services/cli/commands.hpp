@@ -22,6 +22,7 @@ void add_wait(CLI::App& app, Session& session);
 void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, stop
 void add_speed(CLI::App& app, Session& session);
 void add_device(CLI::App& app, Session& session);
+void add_device_test(CLI::App& app, Session& session);
 void add_obstacle(CLI::App& app, Session& session);
 void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach
 void add_check(CLI::App& app, Session& session);

@@ -1,4 +1,5 @@
-"""Installs the client library and builds its examples against it: with find_package, and with pkg-config.
+"""Installs the client library and the headers of device plug-ins, and builds their examples against them: with find_package, and
+with pkg-config. `hecaton check` then loads the plug-in.
 
 usage: client_package.py CMAKE BUILD EXAMPLES COMPILER"""
 import os
@@ -13,7 +14,7 @@ shutil.rmtree(folder, ignore_errors=True)
 prefix = folder / "prefix"
 # Copies the sources, so that the build finds no other file of the tree.
 project = folder / "project"
-shutil.copytree(examples, project)
+shutil.copytree(pathlib.Path(examples) / "client", project)
 
 
 def run(*words, **options):
@@ -50,4 +51,16 @@ symbols = run("nm", "-D", "--defined-only", "-C", libdir / "libhecaton-client.so
 foreign = [line for line in symbols.splitlines() if "eprosima" in line or "hecaton::bus" in line or "hecaton::msg" in line]
 if foreign:
     sys.exit("the shared library exports internal symbols:\n" + "\n".join(foreign[:10]))
-print("the installed client library builds and loads, by find_package and by pkg-config")
+plugin = folder / "plugin"
+shutil.copytree(pathlib.Path(examples) / "device", plugin)
+run(cmake, "-G", "Ninja", "-S", plugin, "-B", plugin / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}")
+run(cmake, "--build", plugin / "build")
+cell = plugin / "cell.yaml"
+cell.write_text("""name: plugin
+arms:
+  - name: left
+    robot: ur5e
+    device: {type: serial, plugin: build/libserial_arm.so, port: /dev/ttyUSB0}
+""")
+run(pathlib.Path(build) / "bin" / "hecaton", "check", cell)
+print("the installed client library builds and loads, by find_package and by pkg-config; hecaton loads the device plug-in")

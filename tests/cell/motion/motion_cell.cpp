@@ -86,7 +86,7 @@ ChildProcess& MotionCell::start(const std::string& program, const std::string& a
 }
 
 ChildProcess& MotionCell::start_driver(const std::string& arm) {
-  return start(driver_program_, arm);
+  return start("hecaton-arm-driver", arm);
 }
 ChildProcess& MotionCell::start_planner(const std::string& arm, const std::string& checkpoint) {
   return start("hecaton-planner", arm, checkpoint);

@@ -59,7 +59,6 @@ class MotionCell : public testing::Test {
 
   FreeDomain domain_;
   std::string path_;  ///< of the cell file
-  std::string driver_program_ = "hecaton-arm-driver";
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   bus::Writer<msg::CellMode> modes_;

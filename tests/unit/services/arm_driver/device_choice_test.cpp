@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/arm_driver/device_plugin.hpp"
 #include "services/config/yaml_tree.hpp"
 
 namespace hecaton::services {
@@ -118,6 +119,56 @@ TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
   EXPECT_EQ(given.period, std::chrono::milliseconds(2));
   EXPECT_EQ(given.start, file.cell.arms[0].arm.home());
   EXPECT_TRUE(given.where.ends_with("tiny.yaml: arms[0].device"));
+}
+
+const std::string kPlugins = HECATON_PLUGINS;
+
+std::string plugin_device(const std::string& type, const std::string& plugin) {
+  return "    device: {type: " + type + ", plugin: " + plugin + ", port: can0}\n";
+}
+
+TEST(DeviceChoice, TakesTheTypesOfAPlugin) {
+  EXPECT_EQ(refusal(plugin_device("serial", kPlugins + "/two_types.so")), "nothing");
+  EXPECT_EQ(refusal(plugin_device("can_bus", kPlugins + "/two_types.so")), "nothing");
+  EXPECT_EQ(refusal(plugin_device("observed, source: serial", kPlugins + "/two_types.so")), "nothing");
+  const auto device =
+      make_device(cell(plugin_device("serial", kPlugins + "/two_types.so")), 0, "", device::device_types());
+  ASSERT_NE(device, nullptr);
+  EXPECT_EQ(device->configure()->text, "moves nothing");
+}
+
+TEST(DeviceChoice, RefusesAPluginThatCannotBeUsed) {
+  EXPECT_EQ(refusal(plugin_device("serial", "/nowhere/libarm.so")),
+            "arms[0].device.plugin = /nowhere/libarm.so must be a shared library with devices: there is no such file");
+  const std::string text = std::string(HECATON_SOURCE_DIR) + "/README.md";
+  EXPECT_TRUE(
+      refusal(plugin_device("serial", text)).starts_with("arms[0].device.plugin = " + text + " cannot be loaded: "));
+  EXPECT_EQ(refusal(plugin_device("serial", kPlugins + "/no_plugin.so")),
+            "arms[0].device.plugin = " + kPlugins +
+                "/no_plugin.so is no device plug-in: it does not export hecaton_device_plugin_interface; see "
+                "HECATON_DEVICE_PLUGIN");
+  const std::string other = refusal(plugin_device("serial", kPlugins + "/other_interface.so"));
+  EXPECT_TRUE(other.starts_with("arms[0].device.plugin = " + kPlugins +
+                                "/other_interface.so was built for another program: it has 'interface 0', this one has "
+                                "'interface 1, Eigen "))
+      << other;
+  EXPECT_EQ(refusal(plugin_device("simulated", kPlugins + "/two_types.so")),
+            "arms[0].device.type = simulated must be serial, can_bus or observed: its plug-in " + kPlugins +
+                "/two_types.so has no other");
+  EXPECT_EQ(
+      refusal("    device: {type: serial, plugin: " + kPlugins + "/two_types.so, prt: can0}\n"),
+      "arms[0].device.prt is not a known key; did you mean 'port'? A device of type serial may have type, plugin, "
+      "port");
+}
+
+TEST(DeviceChoice, FindsAPluginBesideTheCellFileOrAmongTheInstalledOnes) {
+  const std::filesystem::path cell_file = kPlugins + "/cell.yaml";
+  EXPECT_EQ(plugin_file("two_types.so", cell_file), kPlugins + "/two_types.so");
+  EXPECT_EQ(plugin_file("./two_types.so", cell_file), kPlugins + "/two_types.so");
+  EXPECT_EQ(plugin_file("../other/arm.so", cell_file),
+            (std::filesystem::path(kPlugins).parent_path() / "other" / "arm.so").string());
+  EXPECT_EQ(plugin_file("/usr/lib/arm.so", cell_file), "/usr/lib/arm.so");
+  EXPECT_TRUE(plugin_file("arm.so", cell_file).string().ends_with("/lib/hecaton/devices/arm.so"));
 }
 
 }  // namespace
