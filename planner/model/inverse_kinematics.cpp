@@ -177,6 +177,30 @@ std::optional<JointVector> inverse_kinematics(const Arm& arm, const Pose& X_WT, 
   return std::nullopt;
 }
 
+namespace {
+
+/// The same where none of the local minima is accepted: of the accepted configurations that meet the position, whatever
+/// their orientation, the nearest one.
+std::optional<NearestOrientation> accepted_orientation(const Arm& arm, const Pose& X_WT, const JointVector& start,
+                                                       const IkOptions& options) {
+  IkOptions position = options;
+  position.free_rotation = FreeRotation::kAll;
+  Solver solver(arm, X_WT, position);
+  std::mt19937_64 random(options.random_seed);
+  std::optional<NearestOrientation> nearest;
+  for (int attempt = 0; attempt <= options.seeds; ++attempt) {
+    JointVector q = attempt == 0 ? start : random_configuration(arm.limits, random);
+    if (!solver.converge(q)) continue;
+    const double angle = rotation_error(options.free_rotation, solver.X_WT().linear(), X_WT.linear()).norm();
+    if (nearest && nearest->angle <= angle) continue;
+    q = nearest_turns(arm, q, start);
+    if (options.accept(q)) nearest = NearestOrientation{q, solver.X_WT(), angle};
+  }
+  return nearest;
+}
+
+}  // namespace
+
 std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose& X_WT, const JointVector& start,
                                                       const IkOptions& options) {
   Solver solver(arm, X_WT, options);
@@ -192,7 +216,8 @@ std::optional<NearestOrientation> nearest_orientation(const Arm& arm, const Pose
   const auto accepted = std::find_if(found.begin(), found.end(), [&](const NearestOrientation& candidate) {
     return !options.accept || options.accept(candidate.q);
   });
-  return accepted == found.end() ? std::nullopt : std::optional(*accepted);
+  if (accepted != found.end()) return *accepted;
+  return found.empty() || !options.accept ? std::nullopt : accepted_orientation(arm, X_WT, start, options);
 }
 
 NearestPose nearest_pose(const Arm& arm, const Pose& X_WT, const JointVector& start, const IkOptions& options) {

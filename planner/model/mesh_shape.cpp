@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -21,6 +22,7 @@
 
 #include "planner/model/capsules.hpp"
 #include "planner/model/convex_hull.hpp"
+#include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
 namespace hecaton::planner {
@@ -140,6 +142,14 @@ class ColladaCheck {
   std::set<std::string> ended_;
 };
 
+bool begins_as_lfs_pointer(const std::filesystem::path& place) {
+  constexpr std::streamsize kEnough = 64;  // bytes
+  std::string begin(kEnough, '\0');
+  std::ifstream file(place, std::ios::binary);
+  file.read(begin.data(), kEnough);
+  return is_lfs_pointer(begin);
+}
+
 struct Mesh {
   std::vector<Eigen::Vector3d> vertices;  ///< the corners of all triangles [m]
   std::optional<double> volume;           ///< [m³]; empty when the surface is not closed
@@ -155,6 +165,7 @@ Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std:
   std::error_code ignored;
   const std::filesystem::path place = sources.open(path);
   if (!std::filesystem::is_regular_file(place, ignored)) throw ModelError(mesh + " is no file that exists");
+  if (begins_as_lfs_pointer(place)) throw ModelError(mesh + " " + kLfsPointer);
 
   if (extension == ".dae") {
     tinyxml2::XMLDocument document;

@@ -58,6 +58,10 @@ bool is_utf16(const std::string& bytes) {
   return bytes.size() >= 2 && (bytes[0] == '\0') != (bytes[1] == '\0');
 }
 
+bool is_lfs_pointer(std::string_view bytes) {
+  return bytes.starts_with("version https://git-lfs.github.com/spec/");
+}
+
 std::size_t utf8_length(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned char first = byte(i);
@@ -209,6 +213,25 @@ class ResourceFinder {
     return std::nullopt;
   }
 
+  /// A folder of the package, for an error about a file that it lacks; empty: no such package.
+  [[nodiscard]] std::optional<fs::path> folder_of_package(const std::string& package) {
+    std::error_code ignored;
+    for (const fs::path& start : folders_) {
+      for (fs::path folder = start; folder != folder.parent_path(); folder = folder.parent_path()) {
+        if (folder.filename() == package || package_name(folder, sources_) == package) return folder;
+      }
+    }
+    std::vector<fs::path> candidates;
+    for (const fs::path& prefix : folders_of("AMENT_PREFIX_PATH")) candidates.push_back(prefix / "share" / package);
+    for (const fs::path& folder : folders_of("ROS_PACKAGE_PATH")) {
+      if (folder.filename() == package) candidates.push_back(folder);
+      candidates.push_back(folder / package);
+    }
+    const auto found = std::find_if(candidates.begin(), candidates.end(),
+                                    [&](const fs::path& folder) { return fs::is_directory(folder, ignored); });
+    return found == candidates.end() ? std::nullopt : std::optional(*found);
+  }
+
  private:
   /// The file `inside` of a package whose folder is `folder` itself or a child of it.
   [[nodiscard]] std::optional<fs::path> in_folder(const fs::path& folder, const std::string& package,
@@ -257,11 +280,15 @@ std::optional<fs::path> find_resource(ResourceFinder& finder, const std::string&
 }
 
 [[noreturn]] void refuse_package(const std::string& uri, const PackageFile& file,
-                                 const std::map<std::string, std::string>& packages, const std::string& where,
-                                 const std::string& remedy) {
+                                 const std::map<std::string, std::string>& packages, ResourceFinder& finder,
+                                 const std::string& where, const std::string& remedy) {
   const auto entry = packages.find(file.package);
   if (entry != packages.end()) {
     throw ModelError(where + ": '" + uri + "': package '" + file.package + "' is mapped to '" + entry->second +
+                     "', where there is no file '" + file.inside + "'");
+  }
+  if (const auto folder = finder.folder_of_package(file.package)) {
+    throw ModelError(where + ": '" + uri + "': package '" + file.package + "' is in '" + folder->string() +
                      "', where there is no file '" + file.inside + "'");
   }
   std::string how = remedy;
@@ -294,7 +321,7 @@ std::string resolve_resource(const std::string& uri, const std::string& urdf_pat
   for (const std::string& spelling : {uri, percent_decoded(uri), with_slashes}) {
     if (const auto found = find_resource(finder, spelling)) return found->string();
   }
-  if (file) refuse_package(uri, *package_file(percent_decoded(uri)), packages, where, remedy);
+  if (file) refuse_package(uri, *package_file(percent_decoded(uri)), packages, finder, where, remedy);
   throw ModelError(where + ": mesh file '" + (fs::path(urdf_path).parent_path() / path).string() + "' does not exist");
 }
 

@@ -47,6 +47,12 @@ class SourceFiles {
 /// True for bytes that begin with the byte-order mark of UTF-16 or UTF-32, or with an ASCII character in UTF-16.
 [[nodiscard]] bool is_utf16(const std::string& bytes);
 
+/// What to say after the name of a file that is_lfs_pointer().
+inline constexpr const char* kLfsPointer = "is a pointer of Git LFS, not the file itself; fetch it with 'git lfs pull'";
+
+/// True for bytes of a pointer that Git LFS leaves in place of a large file that was not fetched.
+[[nodiscard]] bool is_lfs_pointer(std::string_view bytes);
+
 /// A file's bytes as UTF-8: without byte-order mark; bytes that are no UTF-8 are read as Latin-1.
 [[nodiscard]] std::string utf8_text(std::string bytes);
 

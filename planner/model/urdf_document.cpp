@@ -66,6 +66,15 @@ std::optional<std::string> needed_xacro(const XMLElement& robot) {
   return std::nullopt;
 }
 
+/// The package that xacro could not find, from its error; empty: the error is another one.
+std::string missing_package(const std::string& error) {
+  constexpr std::string_view kBefore = "package '";
+  constexpr std::string_view kAfter = "' not found";
+  const std::size_t end = error.find(kAfter);
+  const std::size_t at = end == std::string::npos ? end : error.rfind(kBefore, end);
+  return at == std::string::npos ? "" : error.substr(at + kBefore.size(), end - at - kBefore.size());
+}
+
 class UrdfChecker {
  public:
   UrdfChecker(std::string path, SourceFiles& sources, const XacroArguments& arguments,
@@ -116,6 +125,11 @@ class UrdfChecker {
     try {
       text = expand_xacro(path_, sources.place(path_).string(), arguments);
     } catch (const ModelError& error) {
+      const std::string package = missing_package(error.what());
+      if (!package.empty()) {
+        throw ModelError(error.what() + ("; xacro finds package '" + package + "' as share/" + package) +
+                         " below a folder of AMENT_PREFIX_PATH, as in a sourced ROS 2 shell");
+      }
       throw ModelError(error.what() + (how.empty() ? by_hand : how));
     }
     if (!text) {

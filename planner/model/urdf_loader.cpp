@@ -174,6 +174,7 @@ class ModelBuilder {
     }
     limit_endless_joints();
     note_unlikely_sizes();
+    note_unlikely_angles();
     model_->self_pairs = pairs_of_separate_bodies(*model_);
     enclose_followers(chain.followers, chain.ranges, path_, *model_);
     if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
@@ -393,6 +394,27 @@ class ModelBuilder {
       model_->notes.push_back("unlikely size: no collision shape is more than " + number_text(1e3 * largest) +
                               " mm across; the URDF must give metres, and a mesh may have a wrong scale");
     }
+  }
+
+  /// Limits in degrees: no arm turns that often, or that fast.
+  void note_unlikely_angles() {
+    constexpr double kMost = 15.0 * std::numbers::pi;  // from 0 [rad]; 90°, taken as radians, are more
+    constexpr double kFastest = 60.0;                  // [rad/s]
+    const JointLimits& limits = model_->limits;
+    std::string joints;
+    for (int j = 0; j < model_->joints(); ++j) {
+      if (joint_type(*model_, j) == JointType::kPrismatic) continue;
+      const double lower = limits.lower[j];
+      const double upper = limits.upper[j];
+      const bool bounded = std::isfinite(lower);
+      const bool far = bounded && std::max(std::abs(lower), std::abs(upper)) > kMost;
+      if (!far && limits.velocity[j] <= kFastest) continue;
+      joints += (joints.empty() ? "" : ", ") + in_quotes(model_->joint_names[j]) + " (" +
+                (bounded ? number_text(lower) + " to " + number_text(upper) + " rad, " : "") +
+                number_text(limits.velocity[j]) + " rad/s)";
+    }
+    if (joints.empty()) return;
+    model_->notes.push_back("unlikely limits: " + joints + "; a URDF has radians, not degrees");
   }
 
   double velocity_limit(const TreeLink& entry) {

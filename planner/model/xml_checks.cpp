@@ -44,6 +44,8 @@ void load_xml(const std::string& path, const std::string& kind, tinyxml2::XMLDoc
   if (is_utf16(bytes)) {
     throw ModelError(path + ": this " + kind + " is UTF-16; it must be UTF-8 (iconv -f UTF-16 -t UTF-8 IN > OUT)");
   }
+  if (bytes.empty()) throw ModelError(path + ": this " + kind + " file is empty");
+  if (is_lfs_pointer(bytes)) throw ModelError(path + ": this " + kind + " file " + kLfsPointer);
   parse_xml(utf8_text(bytes), path, kind, document);
 }
 

@@ -51,6 +51,7 @@ struct LoadedArm {
   bool by_name = false;
   bool assumed_velocity = false;
   bool has_bare_links = false;  ///< moving links without collision geometry
+  std::string base_link;        ///< joints above it move other arms of the robot, too, and are held; empty: the root
   planner::Arm arm;             ///< `named` has the robot's own poses at first, then those of the draft
 };
 
@@ -79,9 +80,11 @@ void load_urdf_of(LoadedArm& loaded, planner::UrdfOptions& options) {
   }
 }
 
-LoadedArm load_arm(const DraftArm& draft) {
+LoadedArm load_arm(const DraftArm& draft, const std::vector<std::string>& other_tools = {},
+                   const std::string& base_link = {}) {
   LoadedArm loaded;
   loaded.draft = &draft;
+  loaded.base_link = base_link;
   loaded.arm.name = draft.name;
   loaded.arm.X_WB = pose_of(draft.base);
   loaded.by_name = !fs::exists(draft.robot);
@@ -91,9 +94,12 @@ LoadedArm load_arm(const DraftArm& draft) {
                                            config::robot_suggestion(draft.robot));
   }
   planner::UrdfOptions options;
+  options.base_link = base_link;
   options.tool_link = draft.tool_link;
+  options.other_arms = other_tools;
   options.packages = draft.files.packages;
   options.xacro_arguments = draft.files.xacro_arguments;
+  options.names.tool_link = config::printable(draft.robot) + ":LINK in place of " + config::printable(draft.robot);
   name_file_options(options);
   if (loaded.by_name) {
     planner::SourceFiles sources;
@@ -111,6 +117,57 @@ LoadedArm load_arm(const DraftArm& draft) {
                                            "the arm clear: add <collision> elements to its links");
   }
   return loaded;
+}
+
+bool is_same_robot_at_same_base(const DraftArm& a, const DraftArm& b) {
+  const auto place = [](const DraftArm& arm) { return fs::absolute(arm.robot).lexically_normal(); };
+  return a.base == b.base && place(a) == place(b);
+}
+
+/// The last link of the arm's chain whose joint moves an arm of `others`, too; empty: none.
+std::string shared_base(const LoadedArm& arm, const std::vector<const LoadedArm*>& others) {
+  const planner::RobotModel& model = *arm.arm.model;
+  std::string base;
+  for (const planner::Link& link : model.links) {  // parents before children
+    if (link.joint < 0 || link.follows) continue;
+    const bool shared = std::any_of(others.begin(), others.end(), [&](const LoadedArm* other) {
+      const auto& names = other->arm.model->joint_names;
+      return std::find(names.begin(), names.end(), model.joint_names[static_cast<std::size_t>(link.joint)]) !=
+             names.end();
+    });
+    if (shared) base = link.name;
+  }
+  return base;
+}
+
+/// Loads all arms. Arms of one robot at one base leave each other's links out, as in the cell file.
+std::vector<LoadedArm> load_arms(const std::vector<DraftArm>& drafts) {
+  std::vector<LoadedArm> arms;
+  const auto arms_of_robot = [&](std::size_t arm) {
+    std::vector<std::size_t> others;
+    for (std::size_t i = 0; i < drafts.size(); ++i) {
+      if (i != arm && is_same_robot_at_same_base(drafts[i], drafts[arm])) others.push_back(i);
+    }
+    return others;
+  };
+  const auto load = [&](std::size_t arm, const std::string& base_link) {
+    std::vector<std::string> tools;
+    for (const std::size_t other : arms_of_robot(arm)) tools.push_back(drafts[other].tool_link);
+    return load_arm(drafts[arm], tools, base_link);
+  };
+  for (std::size_t i = 0; i < drafts.size(); ++i) arms.push_back(load(i, ""));
+  std::vector<std::string> bases;
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    std::vector<const LoadedArm*> others;
+    for (const std::size_t other : arms_of_robot(i)) others.push_back(&arms[other]);
+    bases.push_back(shared_base(arms[i], others));
+  }
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    if (!bases[i].empty()) arms[i] = load(i, bases[i]);
+    const std::vector<std::size_t> others = arms_of_robot(i);
+    if (!others.empty()) arms[i].arm.robot = static_cast<int>(std::min(i, others.front()));
+  }
+  return arms;
 }
 
 double lowest_base(const std::vector<LoadedArm>& arms) {
@@ -206,7 +263,12 @@ std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
   } else {
     out << "    urdf: " << in_yaml_quotes(path_from(draft.robot, folder)) << "\n" << files_text(draft.files, folder);
   }
-  if (!draft.tool_link.empty()) out << "    tool_link: " << draft.tool_link << "\n";
+  if (!loaded.base_link.empty()) {
+    out << "    chain: [" << in_yaml_quotes(loaded.base_link) << ", " << in_yaml_quotes(draft.tool_link)
+        << "]   # joints above it move another arm, too, and are held at 0: set them with joints: {NAME: VALUE}\n";
+  } else if (!draft.tool_link.empty()) {
+    out << "    tool_link: " << draft.tool_link << "\n";
+  }
   out << "    base: " << base_text(draft.base) << "   # of the robot's root link in the world frame [m, rad]\n";
   if (loaded.assumed_velocity) {
     out << "    limits: {velocity: " << number_text(kAssumedVelocity)
@@ -347,6 +409,23 @@ void require_distinct_names(const std::vector<DraftArm>& drafts) {
   }
 }
 
+/// Two robots cannot stand at one place, but two arms of one robot do.
+void require_distinct_places(const std::vector<DraftArm>& drafts) {
+  for (std::size_t i = 0; i < drafts.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const DraftArm& a = drafts[j];
+      const DraftArm& b = drafts[i];
+      const bool two_arms = !a.tool_link.empty() && !b.tool_link.empty() && a.tool_link != b.tool_link;
+      if (two_arms || !is_same_robot_at_same_base(a, b)) continue;
+      const std::string robot = config::printable(b.robot);
+      throw Failure(ExitCode::kBadInput,
+                    "arms " + a.name + " and " + b.name + " are the same robot at the same base: " + "give " + b.name +
+                        " another base, such as " + robot +
+                        "@\"1 0 0\"; two arms of one robot need a tool link each, as in " + robot + ":LINK");
+    }
+  }
+}
+
 /// A command finds the cell only with its file: it is not in the default domain, on all interfaces and open.
 bool has_own_network(const config::CellFile& file) {
   const config::Network standard;
@@ -385,10 +464,14 @@ DraftArm parse_draft_arm(const std::string& word) {
   return arm;
 }
 
+void require_usable(const DraftArm& draft) {
+  static_cast<void>(load_arm(draft));
+}
+
 CellDraft draft_cell(const std::vector<DraftArm>& drafts, const std::string& path) {
   require_distinct_names(drafts);
-  std::vector<LoadedArm> arms;
-  for (const DraftArm& draft : drafts) arms.push_back(load_arm(draft));
+  require_distinct_places(drafts);
+  std::vector<LoadedArm> arms = load_arms(drafts);
   const bool upright = std::all_of(drafts.begin(), drafts.end(), [](const DraftArm& arm) {
     return std::abs(arm.base[3]) < kTilted && std::abs(arm.base[4]) < kTilted;
   });

@@ -23,6 +23,9 @@ struct DraftArm {
 /// Without `@…` the base is the origin. Throws Failure (bad input).
 [[nodiscard]] DraftArm parse_draft_arm(const std::string& word);
 
+/// Throws Failure (bad input) or planner::ModelError unless the robot can be loaded as the arm of a draft.
+void require_usable(const DraftArm& arm);
+
 struct CellDraft {
   std::string text;  ///< of the cell file
   config::CellFile file;
@@ -35,6 +38,7 @@ struct CellDraft {
 /// clear
 ///   of it,
 /// - tasks: a cylinder in which tasks can be drawn; without one, or with a single arm, `home` and `ready` in turn.
+/// Arms of one robot at one base, with a tool link each, are its two arms; joints that move both are held.
 /// Deterministic; takes some seconds for ten arms. Throws Failure (bad input), planner::ModelError or
 /// config::ConfigError when no cell of these robots and bases can start.
 [[nodiscard]] CellDraft draft_cell(const std::vector<DraftArm>& arms, const std::string& path);

@@ -49,6 +49,17 @@ void require_robot(const std::string& answer) {
                                          config::robot_suggestion(robot));
 }
 
+/// The first arm stands at the origin, the next ones beside it; another arm of a robot where that robot stands.
+std::string proposed_base(const std::string& robot, const std::vector<std::string>& arms) {
+  const DraftArm next = parse_draft_arm("next=" + robot);
+  for (const std::string& word : arms) {
+    const DraftArm arm = parse_draft_arm(word);
+    const bool two_arms = !arm.tool_link.empty() && !next.tool_link.empty() && arm.tool_link != next.tool_link;
+    if (arm.robot == next.robot && two_arms) return word.substr(word.rfind('@') + 1);
+  }
+  return arms.empty() ? "0 0 0" : std::to_string(arms.size()) + " 0 0";
+}
+
 void write_new(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wx");
   if (file == nullptr && errno == EEXIST) {
@@ -86,21 +97,23 @@ ExitCode run(const Options& options) {
 
 }  // namespace
 
-std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out) {
+std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out, const RobotFileOptions& files) {
   out << "Robots by name: " << robots_on_one_line()
       << ".\nA path of a URDF works as well. An empty arm name ends the list.\n";
   std::vector<std::string> arms;
   std::vector<std::string> names;
   std::string robot = "ur5e";
   for (;;) {
-    const auto asked = [&](const std::string& question, const std::string& otherwise, const auto& word_of) {
+    const auto asked = [&](const std::string& question, const std::string& otherwise, const auto& check) {
       for (;;) {
         const std::string answer = ask(in, out, question, otherwise);
         try {
-          static_cast<void>(parse_draft_arm(word_of(answer)));
+          check(answer);
           return answer;
         } catch (const Failure& failure) {
           out << failure.what() << "\n";
+        } catch (const planner::ModelError& error) {
+          out << error.what() << "\n";
         }
       }
     };
@@ -117,12 +130,13 @@ std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out) {
     }
     robot = asked("robot of " + name, robot, [&](const std::string& answer) {
       require_robot(answer);
-      return name + "=" + answer;
+      DraftArm arm = parse_draft_arm(name + "=" + answer);
+      arm.files = files;
+      require_usable(arm);
     });
-    // The first arm stands at the origin, the next ones beside it.
-    const std::string place = arms.empty() ? "0 0 0" : std::to_string(arms.size()) + " 0 0";
-    const std::string base = asked("base of " + name + ", x y z in m, or x y z roll pitch yaw in m and rad", place,
-                                   [&](const std::string& answer) { return name + "=" + robot + "@" + answer; });
+    const std::string base = asked(
+        "base of " + name + ", x y z in m, or x y z roll pitch yaw in m and rad", proposed_base(robot, arms),
+        [&](const std::string& answer) { static_cast<void>(parse_draft_arm(name + "=" + robot + "@" + answer)); });
     arms.push_back(name + "=" + robot + "@" + base);
     names.push_back(name);
   }
@@ -148,7 +162,7 @@ void add_init(CLI::App& app, Session& session) {
           throw Failure(ExitCode::kUsage,
                         "an arm is missing: NAME=ROBOT@\"x y z roll pitch yaw\"; see 'hecaton init --help'");
         }
-        options->arms = ask_for_arms(std::cin, std::cout);
+        options->arms = ask_for_arms(std::cin, std::cout, options->files);
       }
       return run(*options);
     };

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "services/cli/robot_options.hpp"
 #include "services/command_line/program.hpp"
 
 namespace hecaton::services::cli {
@@ -41,6 +42,7 @@ void add_render(CLI::App& app, Session& session);
 
 /// Asks for the arms of `hecaton init` until an empty name ends the list; answers that are no arm are explained and
 /// asked again. Returns words for parse_draft_arm(), at least one. Throws Failure (usage) when the input ends earlier.
-[[nodiscard]] std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out);
+[[nodiscard]] std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out,
+                                                    const RobotFileOptions& files = {});
 
 }  // namespace hecaton::services::cli

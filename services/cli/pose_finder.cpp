@@ -105,9 +105,12 @@ bool PoseFinder::clear(int arm, const JointVector& q, const Placed& placed, doub
     const auto obstacle = config::place_obstacle(geometry, obstacles_[i], i);
     if (config::nearest_pair(own, obstacle, of_others, true).found) return false;
   }
-  return std::none_of(placed.begin(), placed.end(), [&](const std::vector<config::PosedBody>& other) {
-    return config::nearest_pair(own, other, of_others, false).found;
-  });
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const auto& arms = geometry.arms();
+    const planner::Arm& own_arm = arms[static_cast<std::size_t>(arm)];
+    if (config::nearest_pair_of_arms(own_arm, own, arms[i], placed[i], of_others).found) return false;
+  }
+  return true;
 }
 
 std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int arm, const std::string& name,

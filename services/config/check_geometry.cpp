@@ -110,7 +110,8 @@ void check_apart(const planner::Cell& cell, const planner::CellGeometry& geometr
     for (int other = 0; other < arm; ++other) {
       const double needed = std::max(cell.arms[arm].parameters.damper.security_distance,
                                      cell.arms[other].parameters.damper.security_distance);
-      const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], needed);
+      const NearestPair pair =
+          nearest_pair_of_arms(cell.arms[arm].arm, arms[arm], cell.arms[other].arm, arms[other], needed);
       if (pair.found) add(key.empty() ? arm_key(arm) + ".start" : key, pair, needed, consequence, findings);
     }
   }

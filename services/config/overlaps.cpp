@@ -63,9 +63,9 @@ NearestPair nearest_pair(const std::vector<PosedBody>& a, const std::vector<Pose
   return nearest;
 }
 
-NearestPair nearest_pair_of_arms(const planner::Cell& cell, int a, const std::vector<PosedBody>& bodies_a, int b,
+NearestPair nearest_pair_of_arms(const planner::Arm& a, const std::vector<PosedBody>& bodies_a, const planner::Arm& b,
                                  const std::vector<PosedBody>& bodies_b, double within) {
-  const bool only_moving = planner::same_robot(cell.arms[a].arm, cell.arms[b].arm);
+  const bool only_moving = planner::same_robot(a, b);
   NearestPair nearest;
   for (const PosedBody& body_a : bodies_a) {
     if (only_moving && !body_a.body.moves) continue;
@@ -167,7 +167,8 @@ void check_others(const planner::Cell& cell, const std::vector<Bodies>& arms, co
                   int arm, const std::string& file) {
   const std::string key = arm_place(file, arm) + ".start = " + pose_name(cell.arms[arm]);
   for (int other = 0; other < arm; ++other) {
-    const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], 0.0);
+    const NearestPair pair =
+        nearest_pair_of_arms(cell.arms[arm].arm, arms[arm], cell.arms[other].arm, arms[other], 0.0);
     if (pair.found) throw ConfigError(key + " must be clear of the other arms, but " + overlap_text(pair));
   }
   for (const Bodies& obstacle : obstacles) {
@@ -195,7 +196,8 @@ void check_stop(const planner::Cell& cell, const planner::CellGeometry& geometry
   for (int arm = 0; arm < static_cast<int>(cell.arms.size()); ++arm) {
     arms.push_back(place_arm(cell.scene.obstacles, geometry, arm, cell.arms[arm].arm.named.at(pose)));
     for (int other = 0; other < arm; ++other) {
-      const NearestPair pair = nearest_pair_of_arms(cell, arm, arms[arm], other, arms[other], 0.0);
+      const NearestPair pair =
+          nearest_pair_of_arms(cell.arms[arm].arm, arms[arm], cell.arms[other].arm, arms[other], 0.0);
       if (pair.found) throw ConfigError(key + " must keep all arms clear of each other, but " + overlap_text(pair));
     }
     for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {

@@ -43,9 +43,10 @@ struct NearestPair {
 [[nodiscard]] NearestPair nearest_pair(const std::vector<PosedBody>& a, const std::vector<PosedBody>& b, double within,
                                        bool moving_a_only);
 
-/// The same for all bodies of arms a and b of the cell; for arms of one robot only for bodies that joints move.
-[[nodiscard]] NearestPair nearest_pair_of_arms(const planner::Cell& cell, int a, const std::vector<PosedBody>& bodies_a,
-                                               int b, const std::vector<PosedBody>& bodies_b, double within);
+/// The same for all bodies of arms a and b; for arms of one robot only for bodies that joints move.
+[[nodiscard]] NearestPair nearest_pair_of_arms(const planner::Arm& a, const std::vector<PosedBody>& bodies_a,
+                                               const planner::Arm& b, const std::vector<PosedBody>& bodies_b,
+                                               double within);
 
 /// The deepest overlap of an obstacle with an arm's bodies that a joint moves. Other bodies of the arm may overlap
 /// obstacles, as a base on a table does.

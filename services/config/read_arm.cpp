@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -312,6 +313,50 @@ std::string carrying_joint(const planner::RobotModel& carrier, const planner::Ro
   return {};
 }
 
+/// Poses in the root link's frame of the links that no joint of the arm moves, by name.
+std::map<std::string, planner::Pose> poses_of_fixed_links(const planner::RobotModel& model) {
+  std::map<std::string, planner::Pose> poses;
+  std::vector<std::optional<planner::Pose>> in_root;
+  for (const planner::Link& link : model.links) {  // parents before children
+    std::optional<planner::Pose> pose;
+    if (link.parent < 0) {
+      pose = planner::Pose::Identity();
+    } else if (link.joint < 0 && in_root[static_cast<std::size_t>(link.parent)]) {
+      pose = *in_root[static_cast<std::size_t>(link.parent)] * link.X_PJ;
+    }
+    in_root.push_back(pose);
+    if (pose) poses[link.name] = *pose;
+  }
+  return poses;
+}
+
+/// The joint that holds a link where another arm of the robot does not have it; empty: none.
+std::string joint_held_elsewhere(const planner::RobotModel& model, const planner::RobotModel& other) {
+  const auto poses = poses_of_fixed_links(model);
+  const auto others = poses_of_fixed_links(other);
+  for (const planner::Link& link : model.links) {
+    const auto one = poses.find(link.name);
+    const auto two = others.find(link.name);
+    const bool shared = one != poses.end() && two != others.end();
+    if (shared && !one->second.matrix().isApprox(two->second.matrix(), 1e-9)) return link.joint_name;
+  }
+  return {};
+}
+
+/// Refuses arms of one robot that hold a joint of it, such as a lift below both, at different positions.
+void check_held_joints(const std::vector<ArmView>& views, const std::vector<planner::PlannedArm>& arms) {
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!planner::same_robot(arms[i].arm, arms[j].arm)) continue;
+      const std::string joint = joint_held_elsewhere(*arms[i].arm.model, *arms[j].arm.model);
+      if (joint.empty()) continue;
+      views[i].own.view().fail_with("arm " + arms[i].arm.name + " has joint " + joint +
+                                    " at another position than arm " + arms[j].arm.name +
+                                    " of the same robot; give both the same position with joints");
+    }
+  }
+}
+
 /// Refuses arms of one robot of which one moves the other.
 void check_shared_joints(const std::vector<ArmView>& views, const std::vector<planner::PlannedArm>& arms) {
   for (std::size_t i = 0; i < arms.size(); ++i) {
@@ -403,6 +448,7 @@ OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
   check_shared_joints(arms, file.cell.arms);
+  check_held_joints(arms, file.cell.arms);
   return open;
 }
 

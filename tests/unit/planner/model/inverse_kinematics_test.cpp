@@ -281,6 +281,22 @@ TEST(Scara, TakesTheNearestOrientationThatIsAccepted) {
   EXPECT_NEAR(nearest->angle, 0.8, 1e-3) << "both elbows reach it";
 }
 
+// The local minima are at yaw 0 and at limits of joints; nothing but yaws between them is accepted.
+TEST(Scara, TakesAnAcceptedOrientationThatIsNoLocalMinimum) {
+  const Arm arm = scara();
+  const auto yaw_of = [](const JointVector& q) { return std::remainder(q[0] + q[1] + q[3], 2.0 * std::numbers::pi); };
+  const Pose X_WT = scara_goal({0, 0.8, 0});
+  IkOptions options;
+  options.accept = [&](const JointVector& q) { return std::abs(yaw_of(q)) > 0.5 && std::abs(yaw_of(q)) < 1.5; };
+  const auto nearest = nearest_orientation(arm, X_WT, JointVector::Zero(4), options);
+  ASSERT_TRUE(nearest);
+  EXPECT_TRUE(options.accept(nearest->q));
+  EXPECT_LE((nearest->X_WT.translation() - X_WT.translation()).norm(), 1.001e-4);
+  EXPECT_NEAR(nearest->angle, angle_between(nearest->X_WT, X_WT), 1e-6);
+  options.accept = [](const JointVector&) { return false; };
+  EXPECT_FALSE(nearest_orientation(arm, X_WT, JointVector::Zero(4), options));
+}
+
 // With the yaw free, the tool's z axis counts alone: for roll 0.8 it is 0.8 rad from the vertical.
 TEST(Scara, MeasuresTheNearestOrientationWithoutTheFreeRotation) {
   IkOptions options;

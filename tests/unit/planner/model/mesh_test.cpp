@@ -220,6 +220,10 @@ TEST(MeshShape, RefusesBadMeshes) {
   EXPECT_TRUE(contains(error("flat.stl", stl(flat)), "has no volume"));
   EXPECT_TRUE(contains(error("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"), "has no triangles"));
   EXPECT_TRUE(contains(error("broken.dae", "<COLLADA"), "cannot be read"));
+  const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:1f\nsize 12\n";
+  for (const char* name : {"lfs.stl", "lfs.obj", "lfs.dae"}) {
+    EXPECT_TRUE(contains(error(name, pointer), "is a pointer of Git LFS, not the file itself; fetch it with"));
+  }
   EXPECT_TRUE(contains(error("empty.stl", "solid m\nendsolid m\n"), "has no triangles"));
   EXPECT_TRUE(contains(error("lines.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nl 1 2\nl 3 4\n"), "has no triangles"));
   Mesh broken = box_mesh({0.1, 0.2, 0.4});

@@ -118,6 +118,14 @@ TEST_F(ResourcePath, UsesPrefixesOfAmentBeforeRosPackagePath) {
   EXPECT_TRUE(same(resolve("package://tools/meshes/t.stl"), installed));
 }
 
+TEST_F(ResourcePath, NamesTheFolderOfAPackageWithoutTheFile) {
+  setenv("AMENT_PREFIX_PATH", ("/nowhere:" + folder_.path("opt/ros")).c_str(), 1);
+  EXPECT_EQ(error("package://tools/meshes/T.stl"), "link 'a': 'package://tools/meshes/T.stl': package 'tools' is in '" +
+                                                       folder_.path("opt/ros/share/tools") +
+                                                       "', where there is no file 'meshes/T.stl'");
+  EXPECT_NE(error("package://arm_description/b.stl").find("package 'arm_description' is in '"), std::string::npos);
+}
+
 TEST_F(ResourcePath, FindsAPackageByTheNameInItsPackageXml) {
   folder_.write("clone-main/package.xml", "<package>\n<name> renamed </name></package>");
   const std::string mesh = folder_.write("clone-main/meshes/m.stl", "");
@@ -147,7 +155,7 @@ TEST_F(ResourcePath, DecodesPercentSignsUnlessAFileHasTheLiteralName) {
   EXPECT_TRUE(same(resolve(uri), blank));
   const std::string literal = folder_.write("ws/src/arm_description/meshes/two%20words.stl", "");
   EXPECT_TRUE(same(resolve("package://arm_description/meshes/two%20words.stl"), literal));
-  EXPECT_NE(error("package://arm_description/100%.stl").find("is not found"), std::string::npos);
+  EXPECT_NE(error("package://arm_description/100%.stl").find("there is no file '100%.stl'"), std::string::npos);
 }
 
 TEST_F(ResourcePath, AcceptsOtherSpellingsOfPaths) {

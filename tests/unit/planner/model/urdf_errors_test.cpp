@@ -47,7 +47,10 @@ const std::string kMassless = ball_link("base") + ball_link("a");
 INSTANTIATE_TEST_SUITE_P(
     Document, BadUrdfs,
     testing::Values(
-        BadUrdf{"empty", "", "malformed XML"}, BadUrdf{"not_xml", "solid stl", "malformed XML"},
+        BadUrdf{"empty", "", "this URDF file is empty"},
+        BadUrdf{"lfs_pointer", "version https://git-lfs.github.com/spec/v1\noid sha256:1f\nsize 12\n",
+                "this URDF file is a pointer of Git LFS, not the file itself; fetch it with 'git lfs pull'"},
+        BadUrdf{"not_xml", "solid stl", "malformed XML"},
         BadUrdf{"unclosed", "<robot name='r'>\n<link name='a'>\n</robot>", "r.urdf:2: malformed XML (XML_ERROR_MISM"},
         BadUrdf{"root", "<sdf version='1.6'/>", "the root element is 'sdf'; a URDF's is <robot>"},
         BadUrdf{"xacro_element", robot("<xacro:include filename='x'/>" + kMassless),

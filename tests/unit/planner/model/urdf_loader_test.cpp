@@ -145,6 +145,19 @@ TEST(UrdfLoader, NotesUnlikelySizesOnce) {
   EXPECT_FALSE(has_note(*of("0.2"), "unlikely size"));
 }
 
+TEST(UrdfLoader, NotesLimitsInDegreesOnce) {
+  const auto of = [](const std::string& limit) {
+    return load_text(robot(ball_link("base") + ball_link("a") + ball_link("b") +
+                           joint("j", "revolute", "base", "a", "<limit " + limit + "/>") +
+                           joint("k", "revolute", "a", "b", "<limit " + limit + "/>")));
+  };
+  EXPECT_TRUE(has_note(*of(R"(lower="-90" upper="90" velocity="2")"),
+                       "unlikely limits: 'j' (-90 to 90 rad, 2 rad/s), 'k' (-90 to 90 rad, 2 rad/s); a URDF has "
+                       "radians, not degrees"));
+  EXPECT_TRUE(has_note(*of(R"(lower="-1" upper="1" velocity="180")"), "unlikely limits: 'j' (-1 to 1 rad, 180 rad/s)"));
+  EXPECT_FALSE(has_note(*of(R"(lower="-31" upper="31" velocity="50")"), "unlikely limits")) << "ten turns, a wrist";
+}
+
 TEST(UrdfLoader, PlacesTheToolFrameOnTheToolLink) {
   UrdfOptions options;
   options.tool_link = "forearm";
@@ -301,6 +314,15 @@ TEST_F(Xacro, FailsWithTheErrorAndNotWithItsPlace) {
   install("echo 'error: unknown macro name: arm' >&2\necho 'when processing file: r.xacro' >&2\nexit 2\n");
   const std::string message = test::error_of(source_);
   EXPECT_NE(message.find("xacro cannot expand this file: 'unknown macro name: arm'"), std::string::npos) << message;
+}
+
+TEST_F(Xacro, SaysWhereItLooksForAPackage) {
+  install("echo \"error: \\\"package 'my_arm' not found, searching: ['/opt']\\\"\" >&2\nexit 2\n");
+  const std::string message = test::error_of(source_);
+  EXPECT_TRUE(
+      message.ends_with("; xacro finds package 'my_arm' as share/my_arm below a folder of AMENT_PREFIX_PATH, as "
+                        "in a sourced ROS 2 shell"))
+      << message;
 }
 
 TEST_F(Xacro, LeavesNoXacroText) {

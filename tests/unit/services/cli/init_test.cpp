@@ -49,6 +49,67 @@ TEST_F(InitTest, WritesACellThatChecksDrawsTasksAndSimulates) {
   EXPECT_EQ(Json::parse(simulate.out)["contacts"], 0);
 }
 
+/// A URDF of a body with two arms of two joints each, in which `waist` is the joint below the body.
+std::string two_arms_on(const std::string& waist) {
+  std::string text =
+      "<robot name=\"twin\"><link name=\"foot\"/><link name=\"body\"><collision><origin xyz=\"0 0 0.2\"/>"
+      "<geometry><box size=\"0.1 0.3 0.4\"/></geometry></collision></link>" +
+      waist;
+  for (const std::string side : {"l", "r"}) {
+    const std::string y = side == "l" ? "0.3" : "-0.3";
+    const std::string limit = "<limit lower=\"-2\" upper=\"2\" velocity=\"1\" effort=\"1\"/></joint>";
+    for (const std::string link : {"1", "2"}) {
+      text += "<link name=\"" + side + link +
+              "\"><collision><origin xyz=\"0 0 0.15\"/><geometry><box size=\"0.04 0.04 "
+              "0.3\"/></geometry></collision></link>";
+    }
+    text += "<link name=\"" + side + "t\"/><joint name=\"" + side +
+            "j1\" type=\"revolute\"><parent link=\"body\"/>"
+            "<child link=\"" +
+            side + "1\"/><origin xyz=\"0 " + y + " 0.4\"/><axis xyz=\"0 1 0\"/>" + limit + "<joint name=\"" + side +
+            "j2\" type=\"revolute\"><parent link=\"" + side + "1\"/><child link=\"" + side +
+            "2\"/><origin xyz=\"0 0 0.3\"/><axis xyz=\"0 1 0\"/>" + limit + "<joint name=\"" + side +
+            "jt\" type=\"fixed\"><parent link=\"" + side + "2\"/><child link=\"" + side +
+            "t\"/><origin xyz=\"0 0 0.3\"/></joint>";
+  }
+  return text + "</robot>\n";
+}
+
+TEST_F(InitTest, TakesTwoArmsOfOneRobotAtOneBase) {
+  const std::string cell = path("yumi.yaml");
+  const Ran init = run_line({"init", "-o", cell, "left=yumi:left_tool0", "right=yumi:right_tool0"});
+  ASSERT_EQ(init.code, ExitCode::kDone) << init.err;
+  const Ran check = run_line({"check", cell});
+  EXPECT_EQ(check.code, ExitCode::kDone) << check.err << check.out;
+}
+
+TEST_F(InitTest, HoldsJointsThatMoveBothArmsOfAUrdf) {
+  std::ofstream(path("twin.urdf")) << two_arms_on(
+      "<joint name=\"waist\" type=\"revolute\"><parent link=\"foot\"/><child link=\"body\"/><axis xyz=\"0 0 1\"/>"
+      "<limit lower=\"-2\" upper=\"2\" velocity=\"1\" effort=\"1\"/></joint>");
+  const std::string cell = path("twin.yaml");
+  const Ran init =
+      run_line({"init", "-o", cell, "left=" + path("twin.urdf") + ":lt", "right=" + path("twin.urdf") + ":rt"});
+  ASSERT_EQ(init.code, ExitCode::kDone) << init.err;
+  EXPECT_NE(content("twin.yaml").find("chain: ['body', 'lt']"), std::string::npos) << content("twin.yaml");
+  EXPECT_EQ(run_line({"check", cell}).code, ExitCode::kDone);
+  const Ran simulate = run_line({"simulate", cell, "--tasks", "4", "-o", "json"});
+  ASSERT_NE(simulate.code, ExitCode::kBadInput) << simulate.err;
+  EXPECT_EQ(Json::parse(simulate.out)["contacts"], 0);
+}
+
+TEST_F(InitTest, NamesTheToolLinkOfTwoArmsAtOneBase) {
+  const Ran same = run_line({"init", "-o", path("cell.yaml"), "a=ur5e", "b=ur5e"});
+  EXPECT_EQ(same.code, ExitCode::kBadInput);
+  EXPECT_NE(same.err.find("arms a and b are the same robot at the same base: give b another base"), std::string::npos)
+      << same.err;
+  std::ofstream(path("twin.urdf")) << two_arms_on(
+      "<joint name=\"stand\" type=\"fixed\"><parent link=\"foot\"/><child link=\"body\"/></joint>");
+  const Ran open = run_line({"init", "-o", path("cell.yaml"), "a=" + path("twin.urdf")});
+  EXPECT_EQ(open.code, ExitCode::kBadInput);
+  EXPECT_NE(open.err.find("say which link is the tool (" + path("twin.urdf") + ":LINK"), std::string::npos) << open.err;
+}
+
 /// A robot of two joints whose xacro file has the argument `reach`, and whose meshes are in the package `parts`.
 const std::string kXacroArm = R"xml(<robot name="stick" xmlns:xacro="http://wiki.ros.org/xacro">
 <xacro:arg name="reach" default="none"/>
@@ -269,6 +330,15 @@ TEST(AskForArms, AsksAgainAfterAnAnswerThatIsNoArm) {
        {"'my arm' must be a name", "did you mean 'ur5e'?", "another arm has the name left", "must be NAME=ROBOT@"}) {
     EXPECT_NE(out.str().find(piece), std::string::npos) << piece << ": " << out.str();
   }
+}
+
+TEST(AskForArms, ProposesTheSameBaseForTheOtherArmOfARobot) {
+  std::istringstream in("left\nyumi:left_tool0\n0.1 0 0\nright\nyumi:right_tool\nyumi:right_tool0\n\n\n");
+  std::ostringstream out;
+  const std::vector<std::string> arms = ask_for_arms(in, out);
+  ASSERT_EQ(arms.size(), 2U) << out.str();
+  EXPECT_EQ(parse_draft_arm(arms[1]).base, parse_draft_arm(arms[0]).base);
+  EXPECT_NE(out.str().find("tool link 'right_tool' must be one of its links"), std::string::npos) << out.str();
 }
 
 TEST(AskForArms, FailsWhenTheInputEnds) {

@@ -489,6 +489,25 @@ TEST(ArmsOfOneRobotTest, AreRefusedIfOneMovesTheOther) {
   }
 }
 
+TEST(ArmsOfOneRobotTest, HoldASharedJointAtOnePosition) {
+  const auto with_waist_at = [](const std::string& left, const std::string& right) {
+    return two_arms("chain: [torso, left_tool], joints: {waist: " + left + "}",
+                    "chain: [torso, right_tool], joints: {waist: " + right + "}");
+  };
+  EXPECT_NO_THROW(static_cast<void>(parse_cell_file(with_waist_at("0.4", "0.4"), kKeyFile)));
+  try {
+    static_cast<void>(parse_cell_file(with_waist_at("0.4", "0.5"), kKeyFile));
+    FAIL() << "was accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(
+        std::string(error.what())
+            .find("arms[1]: arm right has joint waist at another position than arm left of the same robot; give both "
+                  "the same position with joints"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ArmsOfOneRobotTest, MustNotOverlapEachOtherAtTheStart) {
   try {
     static_cast<void>(parse_cell_file(two_arms("chain: [torso, left_tool], poses: {home: [-1.2, 0]}",
