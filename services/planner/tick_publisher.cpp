@@ -15,6 +15,7 @@ TickPublisher::Period TickPublisher::begin(Clock::time_point now, bool in_charge
     unbroken_ = false;
     return {};
   }
+  if (!unbroken_) ticks_.interrupt();
   Period period{&ticks_, joined || !unbroken_ || now >= snapshot_at_};
   if (period.snapshot) {
     snapshot_at_ =

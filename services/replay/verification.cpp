@@ -80,14 +80,17 @@ class Stream {
   Stream(const planner::Cell& cell, int self) : arm_(cell.arms[self].arm), reader_(cell, self) {}
 
   void take(const msg::PlannerTick& tick, double time, ArmVerification& report) {
-    const bool follows = last_ && tick.sequence_number() == *last_ + 1;
-    if (last_ && tick.sequence_number() > *last_ + 1) {
-      report.missing += tick.sequence_number() - *last_ - 1;
+    // Numbers begin anew with 1 after periods that the planner has not published.
+    const std::uint64_t number = tick.sequence_number();
+    const bool anew = last_ && number <= *last_;
+    const std::uint64_t expected = anew ? 1 : last_ ? *last_ + 1 : number;
+    report.missing += number - std::min(number, expected);
+    if (number != expected) {
       lose(kGap);
-    } else if (last_ && !follows) {
+    } else if (anew) {
       lose(kNoSnapshot);
     }
-    last_ = tick.sequence_number();
+    last_ = number;
     if (!planner_ && !tick.snapshot()) return skip(report);
     if (auto error = reader_.take(tick)) {
       lose(kBroken);
@@ -147,7 +150,8 @@ class Stream {
     first.velocity = !q && qd;
     const std::size_t joint = q.value_or(qd.value_or(0));
     const auto index = static_cast<Eigen::Index>(joint);
-    if (index >= result.q.size() || joint >= tick.q().size()) return;
+    first.joint = "beyond those of the arm";
+    if (!sizes) return;
     first.joint = arm_.model->joint_names[joint];
     first.recorded = first.velocity ? tick.qd()[joint] : tick.q()[joint];
     first.recomputed = first.velocity ? result.qd[index] : result.q[index];

@@ -34,6 +34,8 @@ class TickWriter {
   };
   /// Begins the message of a period. `events`: as passed to ArmPlanner::receive(). `stamp_ns`: beginning of the period.
   void begin(std::int64_t stamp_ns, const planner::PeriodEvents& events, const std::optional<Snapshot>& snapshot);
+  /// Call it before begin() when the message of the period before was not sent. The next message needs a snapshot.
+  void interrupt() { message_.sequence_number(0); }
   /// `inputs`, `result`: of ArmPlanner::step() in this period.
   void finish(const planner::PeriodInputs& inputs, const planner::TickResult& result);
 

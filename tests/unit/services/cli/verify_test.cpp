@@ -1,6 +1,7 @@
 /// hecaton simulate --record FILE.mcap, then hecaton replay FILE --verify: ticks are recomputed bit by bit, and each
 /// bit that was changed in the file is found.
 
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -212,6 +213,16 @@ TEST_F(DenseRecording, VerifiesNamedArmsAndRefusesOthers) {
   EXPECT_EQ(west.arms[0].at("arm"), "west");
   EXPECT_EQ(run_line({"replay", path_, "--verify", "--arm", "south"}).code, ExitCode::kBadInput);
   EXPECT_EQ(run_line({"replay", path_, "--arm", "west"}).code, ExitCode::kUsage);
+}
+
+TEST(Verify, RecomputesAHundredThousandTicks) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("long.mcap");
+  const Json report = simulate_to(
+      path, "three_puma_dense",
+      {"--tasks", "500", "--seed", "3", "--age", "20ms", "--jitter", "10ms", "--loss", "0.05", "--threads", "2"});
+  EXPECT_GT(report["ticks"].get<int>(), 100'000);
+  expect_all_equal(path, report["ticks"].get<std::uint64_t>());
 }
 
 // Each method keeps a memory of its own kind; carried objects, coupled plans and sensors are inputs.
