@@ -267,12 +267,6 @@ class Robot {
       reversed_ = value == "on";
     } else if (name == "split") {  // two messages with half of the joints each
       split_ = value == "on";
-    } else if (name == "second") {  // another node publishes other positions of the same joints
-      second_.reset();
-      if (value == "on") {
-        second_ = std::make_unique<Node>(options_.domain);
-        second_states_ = second_->writer(options_.ns + "/joint_states", sensor_msgs_msg_dds__JointState__desc);
-      }
     } else if (name == "scaling") {  // of the hardware, in percent
       scaling_ = std::stod(value) / 100.0;
     } else if (name == "command") {  // sends a wrong command to its own controller: a size or a name
@@ -422,7 +416,6 @@ class Robot {
       } else {
         publish(states_, names, q, qd);
       }
-      if (second_) publish(second_states_, options_.joints, Values(q_.size(), 0.5), Values(q_.size(), 0.0));
     }
     if (options_.trajectory && active_ && cycles_ % 5 == 0) {
       Names names = options_.joints;
@@ -517,8 +510,8 @@ class Robot {
   };
 
   Options options_;
-  std::unique_ptr<Node> node_, second_;
-  dds_entity_t states_ = 0, second_states_ = 0, commands_ = 0, controller_state_ = 0, factor_ = 0, scaling_state_ = 0;
+  std::unique_ptr<Node> node_;
+  dds_entity_t states_ = 0, commands_ = 0, controller_state_ = 0, factor_ = 0, scaling_state_ = 0;
   std::optional<Steady::time_point> off_until_;
   bool active_ = false;
   bool silent_ = false, reversed_ = false, split_ = false;

@@ -27,9 +27,8 @@ class Ros2ControlDevice : public testing::TestWithParam<std::string> {
 
   void begin(std::vector<std::string> options = {}, std::map<std::string, std::string> keys = {}) {
     const std::string domain = std::to_string(domain_.number());
-    options.insert(options.end(), {"--domain", domain, "--kind", GetParam(), "--namespace", "/cell", "--joints",
-                                   "l_base,l_elbow,l_wrist", "--start", "0.1,-0.2,0.3", "--from-desired"});
-    robot_.emplace(options, "ros2_controller");
+    options.insert(options.end(), {"--start", "0.1,-0.2,0.3"});
+    robot_.emplace(simulation(options), "ros2_controller");
     keys.insert({{"domain", domain}, {"interface", GetParam()}, {"namespace", "/cell"}, {"joint_prefix", "l_"}});
     device::DeviceSetup setup;
     setup.arm = "south";
@@ -45,6 +44,16 @@ class Ros2ControlDevice : public testing::TestWithParam<std::string> {
     device_ = make_ros2_control_arm(setup);
     session_.emplace(DeviceSessionSetup{"south", 3, 10.0}, *device_, std::nullopt);
     q_ = device::JointVector::Zero(3);
+  }
+
+  [[nodiscard]] std::vector<std::string> simulation(std::vector<std::string> options) const {
+    options.insert(options.end(), {"--domain", std::to_string(domain_.number()), "--kind", GetParam(), "--namespace",
+                                   "/cell", "--joints", "l_base,l_elbow,l_wrist", "--from-desired"});
+    return options;
+  }
+  /// Another node with joint states of the same joints.
+  void begin_other() {
+    other_.emplace(simulation({"--controller", "other", "--start", "0.5,0.5,0.5"}), "ros2_controller");
   }
 
   /// Runs periods of a driver until `event` holds; false after kLimit.
@@ -104,7 +113,7 @@ class Ros2ControlDevice : public testing::TestWithParam<std::string> {
   [[nodiscard]] bool says(const std::string& words) const { return text().find(words) != std::string::npos; }
 
   test::FreeDomain domain_;
-  std::optional<test::RobotSimulator> robot_;
+  std::optional<test::RobotSimulator> robot_, other_;
   std::unique_ptr<device::ArmDevice> device_;
   std::optional<DeviceSession> session_;
   device::JointVector q_;
@@ -219,16 +228,16 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenTheControllerIsUnloaded) {
 TEST_P(Ros2ControlDevice, HoldsTheArmWhenTwoNodesPublishItsJoints) {
   begin();
   run();
-  robot_->order("second on");
+  begin_other();
   ASSERT_TRUE(until([this] { return session_->failed(); }));
   EXPECT_TRUE(says("two nodes publish joint l_")) << text();
-  robot_->order("second off");
+  other_.reset();
   resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
 }
 
 TEST_P(Ros2ControlDevice, NeverBelievesTheSecondNode) {
   begin();
-  robot_->order("second on");  // it publishes 0.5 rad for each joint
+  begin_other();
   ASSERT_TRUE(until([this] { return says("two nodes publish joint l_"); })) << text();
   for (const auto end = device::Clock::now() + 4s; device::Clock::now() < end;)
     period();  // it connects again and again
