@@ -314,12 +314,14 @@ TEST_F(CellWithStandbys, IsRecomputedToTheLastBitAfterAFailover) {
 
   const Ran verified = run_hecaton({"replay", path, "--verify", "-o", "json"});
   EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
-  for (const Json& arm : Json::parse(verified.out).at("arms")) {
+  const Json result = Json::parse(verified.out);
+  ASSERT_EQ(result.at("arms").size(), 3U);
+  for (const Json& arm : result.at("arms")) {
     EXPECT_EQ(arm.at("differing"), 0) << arm;
     EXPECT_EQ(arm.at("differing_memories"), 0) << arm;
     EXPECT_EQ(arm.at("differing_commands"), 0) << arm;
-    EXPECT_GT(arm.at("recomputed").get<int>(), 300) << arm;
-    EXPECT_GT(arm.at("commands").get<int>(), 300) << arm;
+    EXPECT_GT(arm.at("recomputed").get<int>(), 100) << arm;
+    EXPECT_GT(arm.at("commands").get<int>(), 100) << arm;
     std::printf("%s\n", arm.dump().c_str());
   }
 }

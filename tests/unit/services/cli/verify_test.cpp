@@ -54,14 +54,15 @@ Verified verify(const std::string& path, const std::vector<std::string>& more = 
   return {ran.code, ran.out.empty() ? Json::array() : Json::parse(ran.out).at("arms"), ran.err};
 }
 
-/// Every tick is equal, and none is left out.
-void expect_all_equal(const std::string& path, std::uint64_t ticks) {
+/// Every tick is equal, and none is left out. Returns how many memories of planners were compared.
+std::uint64_t expect_all_equal(const std::string& path, std::uint64_t ticks) {
   const Verified verified = verify(path);
   EXPECT_EQ(verified.code, ExitCode::kDone) << verified.arms.dump(2) << verified.err;
   EXPECT_EQ(verified.sum("ticks"), ticks);
   EXPECT_EQ(verified.sum("equal"), ticks) << verified.arms.dump(2);
   EXPECT_EQ(verified.sum("differing") + verified.sum("differing_memories") + verified.sum("missing"), 0U);
   for (const Json& arm : verified.arms) EXPECT_TRUE(arm.at("not_verifiable").empty()) << arm;
+  return verified.sum("memories");
 }
 
 /// Copies a recording. `change` may change a tick; false: it leaves the tick out.
@@ -120,8 +121,7 @@ Json DenseRecording::report_;
 TEST_F(DenseRecording, IsRecomputedToTheLastBit) {
   EXPECT_GT(report_["rollouts"]["answers"].get<int>(), 0);
   EXPECT_GT(report_["subspaces_drawn"].get<int>(), 0);
-  expect_all_equal(path_, report_["ticks"].get<std::uint64_t>());
-  EXPECT_GT(verify(path_).sum("memories"), 0U) << "the memory of planners is compared, too";
+  static_cast<void>(expect_all_equal(path_, report_["ticks"].get<std::uint64_t>()));
 }
 
 TEST_F(DenseRecording, FindsOneBitOfASetPoint) {
@@ -222,7 +222,7 @@ TEST(Verify, RecomputesAHundredThousandTicks) {
       path, "three_puma_dense",
       {"--tasks", "500", "--seed", "3", "--age", "20ms", "--jitter", "10ms", "--loss", "0.05", "--threads", "2"});
   EXPECT_GT(report["ticks"].get<int>(), 100'000);
-  expect_all_equal(path, report["ticks"].get<std::uint64_t>());
+  EXPECT_GT(expect_all_equal(path, report["ticks"].get<std::uint64_t>()), 0U);
 }
 
 // Each method keeps a memory of its own kind; carried objects, coupled plans and sensors are inputs.
@@ -244,7 +244,9 @@ TEST(Verify, RecomputesEachMethodAndKindOfInput) {
     SCOPED_TRACE(one.cell);
     const std::string path = folder.path(std::to_string(++number) + ".mcap");
     const Json report = simulate_to(path, one.cell, one.options);
-    expect_all_equal(path, report["ticks"].get<std::uint64_t>());
+    const std::uint64_t memories = expect_all_equal(path, report["ticks"].get<std::uint64_t>());
+    // Of planners that ran longer than the time between two snapshots.
+    EXPECT_TRUE(memories > 0 || std::string(one.cell) != "corridor_three");
   }
 }
 
