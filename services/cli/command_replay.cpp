@@ -16,6 +16,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/opened_recording.hpp"
 #include "services/command_line/document.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
