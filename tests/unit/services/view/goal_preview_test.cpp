@@ -173,8 +173,8 @@ TEST_F(PreviewTest, TellsAnArmThatIsThereFromWhatStaysThere) {
     scene_.q[1].reset();
     const PreviewAnswer alone = ask(tool(0, north), north);
     if (alone.verdict != PreviewVerdict::kFree || !alone.q.isApprox(north)) continue;
-    found = config::nearest_pair_of_arms(cell_, 0, config::place_arm({}, geometries[0], 0, north), 1,
-                                         config::place_arm({}, geometries[1], 1, west), -0.01)
+    found = config::nearest_pair_of_arms(cell_.arms[0].arm, config::place_arm({}, geometries[0], 0, north),
+                                         cell_.arms[1].arm, config::place_arm({}, geometries[1], 1, west), -0.01)
                 .found;
   }
   scene_.q[1] = west;
