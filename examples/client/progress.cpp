@@ -1,6 +1,7 @@
 // Follows a goal: prints its progress, holds and resumes the arm, and prints the outcome.
 #include <cstdlib>
 #include <iostream>
+#include <syncstream>
 
 #include <hecaton/client.hpp>
 
@@ -17,18 +18,19 @@ int main(int argc, char** argv) try {
   std::cout << arm.name() << " is " << name_of(before.mode) << "; its state is " << before.age.count() << " s old\n";
 
   const hecaton::Goal goal = arm.go_to(argv[3], {.time_limit = 60s});
-  goal.on_progress([](const hecaton::Progress& progress) {
-    std::cout << name_of(progress.state) << ", " << progress.distance << " rad to go";
-    if (progress.cause) std::cout << ": " << progress.cause.text;
-    std::cout << std::endl;
+  goal.on_progress([](const hecaton::Progress& progress) {  // in a thread of the library
+    std::osyncstream line(std::cout);
+    line << name_of(progress.state) << ", " << progress.distance << " rad to go";
+    if (progress.cause) line << ": " << progress.cause.text;
+    line << std::endl;
   });
 
   arm.hold();  // keeps the goal
-  std::cout << "held: the outcome is still " << goal.wait(1s).text() << std::endl;
+  std::osyncstream(std::cout) << "held: the outcome is still " << goal.wait(1s).text() << std::endl;
   arm.resume();
 
   const hecaton::Outcome outcome = goal.wait(90s);
-  std::cout << outcome.text() << '\n';
+  std::osyncstream(std::cout) << outcome.text() << '\n';
   return outcome ? EXIT_SUCCESS : EXIT_FAILURE;
 } catch (const hecaton::Error& error) {
   std::cerr << error.what() << '\n';

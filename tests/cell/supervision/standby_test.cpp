@@ -118,7 +118,8 @@ double share_of(const msg::ArmState& state) {
 
 class SpeedOverride : public Standby {
  protected:
-  static constexpr double kMeasured = 0.02;  ///< of interpolation
+  /// A command that is late by a third of its period makes the driver catch up this much faster.
+  static constexpr double kMeasured = 0.05;
 
   void await_share(const std::string& what, const std::function<bool(double)>& condition) {
     for (const auto until = bus::Clock::now() + kPatience; !condition(share_of(cell_.next_state("left")));)
