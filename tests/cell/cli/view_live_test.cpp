@@ -184,7 +184,6 @@ class LiveControl : public LiveCell {
  protected:
   void SetUp() override {
     std::ofstream(cell_file()) << "name: controlled\n"
-                                  "network: {interface: 127.0.0.1}\n"
                                   "view: {control: true, no_stop: true}\n"
                                   "defaults: {robot: ur5e}\n"
                                   "arms:\n"

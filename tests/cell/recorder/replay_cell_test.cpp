@@ -309,7 +309,7 @@ TEST(Render, SaysWhatItNeeds) {
     EXPECT_EQ(ran.code, code) << ran.err;
     EXPECT_NE(ran.err.find(part), std::string::npos) << ran.err;
   };
-  refused({cell}, 2, "-o");
+  refused({cell}, 2, "--file");
   refused({cell, "-o", "cell.gif"}, 3, "must end in .png for a picture or in .webm for a film");
   refused({cell, "-o", "cell.webm"}, 3, "record the cell, and render the recording");
   refused({cell, "-o", "cell.png", "--at", "1"}, 3, "record the cell");

@@ -331,13 +331,17 @@ TEST(ManPage, HasEveryCommandAndOption) {
   const auto app = make_application(hecaton_program(), session);
   const std::string page = man_page(*app, "moves arms", "1.2.3");
   EXPECT_EQ(page.rfind(".TH HECATON 1", 0), 0U);
+  const auto escaped = [](const std::string& text) {
+    std::string all;
+    for (const char c : text) all += c == '-' ? std::string("\\-") : std::string(1, c);
+    return all;
+  };
   for (const CLI::App* command : subcommands_of(*app)) {
-    EXPECT_NE(page.find(".SS \\fBhecaton " + command->get_name()), std::string::npos) << command->get_name();
+    const std::string name = command->get_name();
+    EXPECT_NE(page.find(".SS \\fBhecaton " + escaped(name)), std::string::npos) << name;
     for (const CLI::Option* option : options_of(*command)) {
-      for (const std::string& name : option->get_lnames()) {
-        std::string escaped;
-        for (const char c : "--" + name) escaped += c == '-' ? std::string("\\-") : std::string(1, c);
-        EXPECT_NE(page.find(escaped), std::string::npos) << name;
+      for (const std::string& word : option->get_lnames()) {
+        EXPECT_NE(page.find(escaped("--" + word)), std::string::npos) << word;
       }
     }
   }
