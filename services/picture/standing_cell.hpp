@@ -32,6 +32,7 @@ class StandingCell : public CellFeed {
       bus::Sample<msg::ObstacleShapes> sample;
       sample.key = obstacle.name;
       sample.received = now_;
+      sample.value.name(obstacle.name);
       sample.value.obstacle(messages::to_message(obstacle));
       state_.apply(sample);
     }
