@@ -2,11 +2,11 @@
 
 usage: draw_episode.py --moment SECONDS --title TEXT < EPISODE > PICTURE.svg
 
-EPISODE: a file of `hecaton simulate CELL --record EPISODE`. The picture of the README:
+EPISODE: a file of `hecaton simulate CELL --record EPISODE`, for example:
 
     build/release/bin/hecaton simulate deploy/cells/three_puma.yaml --tasks 3 --seed 4 --record episode.jsonl
     python3 docs/figures/draw_episode.py --moment 1.5 --title "Three arms exchange places, each with a planner of its own" \\
-        < episode.jsonl > docs/figures/three-arms.svg
+        < episode.jsonl > three-arms.svg
 
 Needs nothing but Python. The view is orthographic, so that the outline of a capsule is exact."""
 import argparse
