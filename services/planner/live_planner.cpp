@@ -160,7 +160,7 @@ void LivePlanner::log_events(const PeriodContext& context, const planner::Period
   std::optional<TickWriter::Snapshot> snapshot;
   if (context.snapshot) {
     snapshot = TickWriter::Snapshot{planner_.save(), program_text(), options_, obstacles_.obstacles()};
-    // The map of a guide cannot be saved. The recording then tells that it cannot be verified.
+    // A motion method with a map has no memory that can be saved. The recording then has no snapshot to verify from.
     if (snapshot->memory.empty()) snapshot.reset();
   }
   context.ticks->begin(context.now.time_since_epoch().count(), events, snapshot);

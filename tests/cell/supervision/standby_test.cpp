@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <deque>
 #include <map>
 
 #include <gtest/gtest.h>
@@ -118,18 +119,30 @@ double share_of(const msg::ArmState& state) {
 
 class SpeedOverride : public Standby {
  protected:
-  /// A command that is late by a third of its period makes the driver catch up this much faster.
-  static constexpr double kMeasured = 0.05;
+  static constexpr double kMeasured = 0.02;  ///< of interpolation
+  /// A driver catches up after a late command: for one period the arm is faster, but not on the way of some periods.
+  static constexpr std::chrono::milliseconds kWindow{50};
 
   void await_share(const std::string& what, const std::function<bool(double)>& condition) {
     for (const auto until = bus::Clock::now() + kPatience; !condition(share_of(cell_.next_state("left")));)
       ASSERT_LT(bus::Clock::now(), until) << what;
   }
-  /// All states since the last call: the highest share of the velocity limits.
+  /// The highest share of the velocity limits since the last call, from the ways that the arm went within kWindow.
   double highest_share() {
     double highest = 0.0;
+    std::deque<msg::ArmState> window;
     for (const auto& sample : watched_.take()) {
-      if (!sample.disposed && sample.value.arm() == "left") highest = std::max(highest, share_of(sample.value));
+      if (sample.disposed || sample.value.arm() != "left") continue;
+      window.push_back(sample.value);
+      const auto since = [&](const msg::ArmState& state) {
+        return std::chrono::nanoseconds(window.back().stamp_ns() - state.stamp_ns());
+      };
+      while (window.size() > 2 && since(window[1]) >= kWindow) window.pop_front();
+      if (since(window.front()) < kWindow) continue;
+      const double seconds = std::chrono::duration<double>(since(window.front())).count();
+      msg::ArmState way = window.back();
+      for (std::size_t j = 0; j < way.q().size(); ++j) way.qd()[j] = (way.q()[j] - window.front().q()[j]) / seconds;
+      highest = std::max(highest, share_of(way));
     }
     return highest;
   }
