@@ -9,8 +9,8 @@
 
 #include "services/arm_driver/device_session.hpp"
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+#include "tests/support/driven_robot.hpp"
 #include "tests/support/free_domain.hpp"
-#include "tests/support/robot_simulator.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -18,11 +18,12 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kPeriod = 4ms;
-constexpr auto kLimit = 60s;       // for any machine
 constexpr auto kSilence = 1000ms;  // a busy machine may stop the simulated controller for some time
 
-class Ros2ControlDevice : public testing::TestWithParam<std::string> {
+class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::string>> {
  protected:
+  Ros2ControlDevice() : DrivenRobot({.period = kPeriod, .counter = "commands", .step = 1e-3, .place = 1e-3}) {}
+
   [[nodiscard]] bool trajectory() const { return GetParam() == "trajectory"; }
 
   void begin(std::vector<std::string> options = {}, std::map<std::string, std::string> keys = {}) {
@@ -42,8 +43,7 @@ class Ros2ControlDevice : public testing::TestWithParam<std::string> {
     setup.where = "cell.yaml: arms[0].device";
     setup.values = {keys.begin(), keys.end()};
     device_ = make_ros2_control_arm(setup);
-    session_.emplace(DeviceSessionSetup{"south", 3, 10.0}, *device_, std::nullopt);
-    q_ = device::JointVector::Zero(3);
+    drive("south", 3);
   }
 
   [[nodiscard]] std::vector<std::string> simulation(std::vector<std::string> options) const {
@@ -55,71 +55,13 @@ class Ros2ControlDevice : public testing::TestWithParam<std::string> {
   void begin_other() {
     other_.emplace(simulation({"--controller", "other", "--start", "0.5,0.5,0.5"}), "ros2_controller");
   }
-
-  /// Runs periods of a driver until `event` holds; false after kLimit.
-  bool until(const std::function<bool()>& event) {
-    for (const auto end = device::Clock::now() + kLimit; device::Clock::now() < end;) {
-      period();
-      if (event()) return true;
-    }
-    return false;
-  }
-  void period() {
-    due_ = std::max(due_ + kPeriod, device::Clock::now());
-    std::this_thread::sleep_until(due_);
-    const bool was_active = session_->active();
-    session_->read(device::Clock::now(), true);
-    if (session_->active() && !was_active) q_ = session_->state().measured.q;
-    if (!session_->active() || silent_) return;
-    device::JointVector qd = device::JointVector::Zero(3);
-    qd[0] = velocity_;
-    q_ += qd * std::chrono::duration<double>(kPeriod).count();
-    session_->write({q_, qd}, 12ms);
-  }
-  void run() {
+  void run() override {
     ASSERT_TRUE(until([this] { return session_->active(); })) << text();
     ASSERT_TRUE(until([this] { return robot_->state().at("commands") > 0; }));
   }
-  void move() {
-    run();
-    velocity_ = 0.5;
-    const double from = q_[0];
-    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << text();
-    ASSERT_TRUE(session_->active()) << text();
-  }
-  [[nodiscard]] std::vector<double> robot_q() { return robot_->state().at("q").get<std::vector<double>>(); }
-  bool stands() {
-    const auto qd = robot_->state().at("qd").get<std::vector<double>>();
-    return std::all_of(qd.begin(), qd.end(), [](double v) { return std::abs(v) < 1e-4; });
-  }
-  /// The robot is ready, and the arm still held. Then a person resumes: the arm stays where it is.
-  void resumes(msg::CauseKind held_by) {
-    ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << text();
-    ASSERT_TRUE(until([this] { return stands(); }));
-    EXPECT_FALSE(session_->active());
-    EXPECT_EQ(kind(), held_by) << text();
-    const auto before = robot_q();
-    robot_->order("forget");
-    velocity_ = 0.0;
-    session_->release();
-    run();
-    EXPECT_LT(robot_->state().at("first").get<double>(), 1e-3);
-    EXPECT_LT(robot_->state().at("largest").get<double>(), 1e-3);
-    const auto after = robot_q();
-    for (std::size_t joint = 0; joint < after.size(); ++joint) EXPECT_NEAR(after[joint], before[joint], 1e-3) << joint;
-  }
-  [[nodiscard]] msg::CauseKind kind() const { return session_->cause().kind(); }
-  [[nodiscard]] std::string text() const { return session_->cause().text(); }
-  [[nodiscard]] bool says(const std::string& words) const { return text().find(words) != std::string::npos; }
 
   test::FreeDomain domain_;
-  std::optional<test::RobotSimulator> robot_, other_;
-  std::unique_ptr<device::ArmDevice> device_;
-  std::optional<DeviceSession> session_;
-  device::JointVector q_;
-  double velocity_ = 0.0;  ///< of the first joint [rad/s]
-  bool silent_ = false;
-  device::Clock::time_point due_ = device::Clock::now();
+  std::optional<test::RobotSimulator> other_;
 };
 
 INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlDevice, testing::Values("position", "trajectory"),

@@ -18,7 +18,7 @@
 #include "services/arm_driver/devices/abb_egm/abb_egm_arm.hpp"
 #include "services/arm_driver/devices/abb_egm/messages.hpp"
 #include "services/arm_driver/devices/socket.hpp"
-#include "tests/support/robot_simulator.hpp"
+#include "tests/support/driven_robot.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -27,7 +27,6 @@ using namespace std::chrono_literals;
 namespace egm = device::abb_egm;
 
 constexpr auto kAbbPeriod = 4ms;
-constexpr auto kAbbLimit = 60s;       // for any machine
 constexpr auto kAbbSilence = 2000ms;  // a busy machine may stop the simulated controller for some time
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -82,84 +81,17 @@ class UdpSocket {
   int port_ = 0;
 };
 
-class AbbEgmTest : public testing::Test {
+class AbbEgmTest : public test::DrivenRobot<testing::Test> {
  protected:
+  AbbEgmTest() : DrivenRobot({.period = kAbbPeriod, .still = 1e-3, .count = 50, .step = 0.01, .place = 0.02}) {}
   void begin(std::vector<std::string> options = {}, std::map<std::string, std::string> keys = {}, int joints = 6) {
     const int port = UdpSocket().port();
     options.insert(options.end(), {"--to", "127.0.0.1:" + std::to_string(port), "--comm-timeout", "2"});
     robot_.emplace(options, "abb_controller.py");
     keys["port"] = std::to_string(port);
     device_ = make_abb_egm_arm(abb_setup(keys, joints));
-    session_.emplace(DeviceSessionSetup{"south", joints, 10.0}, *device_, std::nullopt);
-    q_ = device::JointVector::Zero(joints);
+    drive("south", joints);
   }
-
-  /// Runs periods of a driver until `event` holds; false after kAbbLimit.
-  bool until(const std::function<bool()>& event) {
-    for (const auto end = device::Clock::now() + kAbbLimit; device::Clock::now() < end;) {
-      period();
-      if (event()) return true;
-    }
-    return false;
-  }
-  void period() {
-    due_ = std::max(due_ + kAbbPeriod, device::Clock::now());
-    std::this_thread::sleep_until(due_);
-    const bool was_active = session_->active();
-    session_->read(device::Clock::now(), may_move_);
-    if (session_->active() && !was_active) q_ = session_->state().measured.q;
-    if (!session_->active() || silent_) return;
-    const double dt = std::chrono::duration<double>(kAbbPeriod).count();
-    device::JointVector qd = device::JointVector::Zero(q_.size());
-    qd[0] = velocity_;
-    q_ += qd * dt;
-    session_->write({q_, qd}, 12ms);
-  }
-  void run() {
-    ASSERT_TRUE(until([this] { return session_->active(); })) << text();
-    robot_->order("forget");
-  }
-  void move() {
-    run();
-    velocity_ = 0.5;
-    const double from = q_[0];
-    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << text();
-    ASSERT_TRUE(session_->active()) << text();
-  }
-  [[nodiscard]] std::vector<double> robot_q() { return robot_->state().at("q").get<std::vector<double>>(); }
-  bool stands() {
-    const auto qd = robot_->state().at("qd").get<std::vector<double>>();
-    return std::all_of(qd.begin(), qd.end(), [](double v) { return std::abs(v) < 1e-3; });
-  }
-  /// The robot is ready, and the arm still held. Then a person resumes: the arm stays where it is.
-  void resumes(msg::CauseKind held_by) {
-    ASSERT_TRUE(until([this] { return session_->state().mode == device::DeviceMode::kReady; })) << text();
-    ASSERT_TRUE(until([this] { return stands(); }));
-    EXPECT_FALSE(session_->active());
-    EXPECT_EQ(kind(), held_by) << text();
-    const auto before = robot_q();
-    robot_->order("forget");
-    velocity_ = 0.0;
-    session_->release();
-    ASSERT_TRUE(until([this] { return session_->active(); })) << text();
-    ASSERT_TRUE(until([this] { return robot_->state().at("accepted") > 50; }));
-    EXPECT_LT(robot_->state().at("first").get<double>(), 0.01);
-    EXPECT_LT(robot_->state().at("largest").get<double>(), 0.01);
-    const auto after = robot_q();
-    for (std::size_t joint = 0; joint < after.size(); ++joint) EXPECT_NEAR(after[joint], before[joint], 0.02) << joint;
-  }
-  [[nodiscard]] msg::CauseKind kind() const { return session_->cause().kind(); }
-  [[nodiscard]] std::string text() const { return session_->cause().text(); }
-  [[nodiscard]] bool says(const std::string& words) const { return text().find(words) != std::string::npos; }
-
-  std::optional<test::RobotSimulator> robot_;
-  std::unique_ptr<device::ArmDevice> device_;
-  std::optional<DeviceSession> session_;
-  device::JointVector q_;
-  double velocity_ = 0.0;  ///< of the first joint [rad/s]
-  bool may_move_ = true;
-  bool silent_ = false;
-  device::Clock::time_point due_ = device::Clock::now();
 };
 
 TEST_F(AbbEgmTest, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {

@@ -17,7 +17,7 @@
 #include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
 #include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
-#include "tests/support/robot_simulator.hpp"
+#include "tests/support/driven_robot.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -29,8 +29,6 @@ using msg::CauseKind;
 using Clock = device::Clock;
 
 constexpr auto kRobotPeriod = 2ms;
-constexpr auto kRobotValidFor = 12ms;
-constexpr auto kRobotLimit = 30s;      // for any machine
 constexpr double kSecondJoint = -0.4;  // speed of the second joint, as a share of the first one's
 
 device::DeviceSetup setup_for(const std::string& address, const std::map<std::string, std::string>& keys = {}) {
@@ -49,58 +47,14 @@ device::DeviceSetup setup_for(const std::string& address, const std::map<std::st
   return setup;
 }
 
-class UniversalRobotsTest : public testing::Test {
+class UniversalRobotsTest : public test::DrivenRobot<testing::Test> {
  protected:
+  UniversalRobotsTest() : DrivenRobot({.period = kRobotPeriod, .second_joint = kSecondJoint}) {}
+
   void begin(const std::vector<std::string>& options = {}, const std::map<std::string, std::string>& keys = {}) {
     robot_.emplace(options);
     device_ = make_universal_robots_arm(setup_for(robot_->address(), keys));
-    session_.emplace(DeviceSessionSetup{"north", 6, 10.0}, *device_, std::nullopt);
-  }
-
-  /// Runs periods of a driver until `event` holds; false after kRobotLimit.
-  bool until(const std::function<bool()>& event) {
-    for (const auto end = Clock::now() + kRobotLimit; Clock::now() < end;) {
-      period();
-      if (event()) return true;
-    }
-    return false;
-  }
-  void period() {
-    due_ = std::max(due_ + kRobotPeriod, Clock::now());
-    std::this_thread::sleep_until(due_);
-    const bool was_active = session_->active();
-    session_->read(Clock::now(), may_move_);
-    if (session_->active() && !was_active) q_ = session_->state().measured.q;
-    if (!session_->active() || silent_) return;
-    const double dt = std::chrono::duration<double>(kRobotPeriod).count();
-    JointVector qd = JointVector::Zero(6);
-    qd[0] = velocity_;
-    qd[1] = kSecondJoint * velocity_;
-    q_ += qd * dt;
-    session_->write({q_, qd}, kRobotValidFor);
-  }
-  void run() {
-    ASSERT_TRUE(until([this] { return session_->active(); })) << session_->cause().text();
-    robot_->order("forget");
-  }
-  void move() {
-    run();
-    velocity_ = 0.5;
-    const double from = q_[0];
-    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.1; })) << session_->cause().text();
-    ASSERT_TRUE(session_->active()) << session_->cause().text();
-  }
-  /// The arm stands on the robot's side.
-  bool stands() {
-    const auto qd = robot_->state().at("qd").get<std::vector<double>>();
-    return std::all_of(qd.begin(), qd.end(), [](double v) { return std::abs(v) < 1e-4; });
-  }
-  [[nodiscard]] CauseKind kind() const { return session_->cause().kind(); }
-  [[nodiscard]] std::string text() const { return session_->cause().text(); }
-  /// The supervisor has taken over the hold, and a person resumes.
-  void resume() {
-    velocity_ = 0.0;
-    session_->release();
+    drive("north", 6);
   }
   device::DeviceResult order(device::DeviceOrder what) {
     if (auto refused = device_->begin(what)) return refused;
@@ -108,15 +62,6 @@ class UniversalRobotsTest : public testing::Test {
     EXPECT_TRUE(until([&] { return (end = device_->order_end()).has_value(); }));
     return end ? end->result : device::DeviceFailure{"no end"};
   }
-
-  std::optional<test::RobotSimulator> robot_;
-  std::unique_ptr<device::ArmDevice> device_;
-  std::optional<DeviceSession> session_;
-  JointVector q_ = JointVector::Zero(6);
-  double velocity_ = 0.0;  ///< of the first joint [rad/s]
-  bool may_move_ = true;
-  bool silent_ = false;
-  Clock::time_point due_ = Clock::now();
 };
 
 TEST_F(UniversalRobotsTest, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {
