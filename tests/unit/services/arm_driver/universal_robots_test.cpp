@@ -23,7 +23,6 @@ namespace hecaton::services {
 namespace {
 
 using namespace std::chrono_literals;
-using device::JointState;
 using device::JointVector;
 using msg::CauseKind;
 using Clock = device::Clock;
