@@ -39,10 +39,11 @@ const device::DeviceType& type_of(const config::CellFile& file, int arm, std::sp
   const auto found = std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.type == name; });
   if (found == types.end()) {
     if (!observed) names.push_back(kObserved);
-    throw ConfigError(
-        wanted.where + (observed ? ".source = " : ".type = ") + config::printable(name) + " must be " +
-        config::alternatives(names) +
-        (plugin == wanted.values.end() ? "" : ": its plug-in " + config::printable(plugin->second) + " has no other"));
+    throw ConfigError(wanted.where + (observed ? ".source = " : ".type = ") + config::printable(name) + " must be " +
+                      config::alternatives(names) +
+                      (plugin == wanted.values.end()
+                           ? ""
+                           : ": its plug-in " + config::printable_path(plugin->second) + " has no other"));
   }
   std::vector<std::string_view> keys = {"type"};
   if (observed) keys.push_back(kSource);

@@ -45,7 +45,7 @@ std::string robots_on_one_line() {
 void require_robot(const std::string& answer) {
   const std::string robot = answer.substr(0, answer.rfind(':'));
   if (config::is_robot_name(robot) || std::filesystem::exists(robot)) return;
-  throw Failure(ExitCode::kBadInput, "'" + config::printable(robot) + "' is neither a robot's name nor a file; " +
+  throw Failure(ExitCode::kBadInput, "'" + config::printable_path(robot) + "' is neither a robot's name nor a file; " +
                                          config::robot_suggestion(robot));
 }
 

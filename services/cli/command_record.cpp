@@ -49,8 +49,8 @@ recorder::RecordingOptions recording_of(const Options& options) {
   if (!options.file) throw Failure(ExitCode::kUsage, "record needs the file to write: -o FILE.mcap");
   constexpr std::string_view kEnding = ".mcap";
   if (!options.file->ends_with(kEnding) || options.file->size() == kEnding.size()) {
-    throw Failure(ExitCode::kBadInput,
-                  "-o '" + config::printable(*options.file) + "' must be a file that ends in .mcap, such as run.mcap");
+    throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(*options.file) +
+                                           "' must be a file that ends in .mcap, such as run.mcap");
   }
   recorder::RecordingOptions recording;
   recording.path = *options.file;

@@ -47,8 +47,8 @@ bool is_recording(const std::string& path) {
 void require_fitting(const Options& options) {
   const bool png = options.file.ends_with(".png");
   if (!png && !options.file.ends_with(".webm")) {
-    throw Failure(ExitCode::kBadInput,
-                  "-o '" + config::printable(options.file) + "' must end in .png for a picture or in .webm for a film");
+    throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(options.file) +
+                                           "' must end in .png for a picture or in .webm for a film");
   }
   const bool recorded = is_recording(options.inputs.front());
   if (!recorded && options.inputs.size() > 1) {
@@ -72,7 +72,7 @@ void write_file(const std::string& path, const std::string& content) {
   if (stream && !error) return;
   std::error_code ignored;
   std::filesystem::remove(part, ignored);
-  throw Failure(ExitCode::kBadInput, "-o '" + config::printable(path) + "' cannot be written: " +
+  throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(path) + "' cannot be written: " +
                                          (error ? error.message() : std::string(std::strerror(errno))));
 }
 

@@ -110,7 +110,8 @@ bool is_robot(const std::string& word) {
   std::ifstream file(word);
   if (!file && config::is_robot_name(word)) return true;
   if (!file) {
-    throw Failure(ExitCode::kBadInput, "'" + config::printable(word) + "' is no file that can be read, and no robot; " +
+    throw Failure(ExitCode::kBadInput, "'" + config::printable_path(word) +
+                                           "' is no file that can be read, and no robot; " +
                                            config::robot_suggestion(word));
   }
   const std::string ending = std::filesystem::path(word).extension();

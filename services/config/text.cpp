@@ -12,7 +12,8 @@
 namespace hecaton::config {
 namespace {
 
-constexpr std::size_t kLongestText = 80;  // [bytes] of a value in a sentence
+constexpr std::size_t kLongestText = 80;   // [bytes] of a value in a sentence
+constexpr std::size_t kLongestPath = 400;  // [bytes]
 
 // The Levenshtein distance, with two rows of its table.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -68,6 +69,16 @@ std::string whole_characters(std::string text) {
   while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) text.pop_back();
   if (!text.empty() && static_cast<unsigned char>(text.back()) >= 0xC0U) text.pop_back();
   return text;
+}
+
+/// `text` on one line of at most about `longest` bytes; a longer one is cut with "…".
+std::string one_line(std::string_view text, std::size_t longest) {
+  std::string line;
+  for (std::size_t i = 0; i < text.size();) {
+    if (line.size() >= longest) return whole_characters(line) + "…";
+    i += append_escaped(text, i, is_control, line);
+  }
+  return line;
 }
 
 }  // namespace
@@ -128,12 +139,11 @@ std::string milliseconds_text(double seconds) {
 }
 
 std::string printable(std::string_view text) {
-  std::string line;
-  for (std::size_t i = 0; i < text.size();) {
-    if (line.size() >= kLongestText) return whole_characters(line) + "…";
-    i += append_escaped(text, i, is_control, line);
-  }
-  return line;
+  return one_line(text, kLongestText);
+}
+
+std::string printable_path(std::string_view path) {
+  return one_line(path, kLongestPath);
 }
 
 std::string valid_utf8(std::string_view text) {
@@ -146,9 +156,9 @@ std::string valid_utf8(std::string_view text) {
 }
 
 std::string sentence_text(std::string_view text) {
-  constexpr std::size_t kLongestWord = 400;  // [bytes]; paths may be long
-  constexpr std::size_t kWordBegin = 200;    // [bytes] kept of a longer one
-  constexpr std::size_t kLongest = 3000;     // [bytes]
+  constexpr std::size_t kLongestWord = kLongestPath;
+  constexpr std::size_t kWordBegin = 200;  // [bytes] kept of a longer one
+  constexpr std::size_t kLongest = 3000;   // [bytes]
   std::string sentence;
   while (!text.empty() && sentence.size() < kLongest) {
     const std::size_t end = std::min(text.find_first_of(" \n"), text.size());

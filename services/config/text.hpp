@@ -34,6 +34,9 @@ inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits
 /// `text` on one line: control characters and bytes that are no UTF-8 escaped, long texts cut with "…".
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// As printable(), for the path of a file: whole up to 400 bytes.
+[[nodiscard]] std::string printable_path(std::string_view path);
+
 /// `text` as valid UTF-8: bytes that are not are escaped ("\xff").
 [[nodiscard]] std::string valid_utf8(std::string_view text);
 

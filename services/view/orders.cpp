@@ -19,6 +19,7 @@ constexpr double kOrdersPerSecond = 10.0;   // of one page
 constexpr double kOrdersAtOnce = 20.0;      // of one page
 constexpr std::size_t kLongestName = 128;   // of a goal or an obstacle [byte]
 constexpr Seconds kOrderLimit{3.0};         // for the answer of the cell
+constexpr Seconds kDiscoveryLimit{15.0};    // instead, while the view is this young: it may not know the cell yet
 constexpr double kFarthestTool = 1000.0;    // of a preview, from the origin [m]
 
 /// The order is not carried out, for this reason: a sentence.
@@ -398,7 +399,8 @@ void Orders::carry_out(const std::stop_token& stop, const Order& order) {
   std::string text;
   bool done = false;
   try {
-    text = order.action(Cell(connection_), {kOrderLimit, stop});
+    const Seconds still_young = began_ + kDiscoveryLimit - Clock::now();
+    text = order.action(Cell(connection_), {std::max(kOrderLimit, still_young), stop});
     done = true;
   } catch (const std::exception& error) {
     text = error.what();

@@ -132,6 +132,7 @@ class Orders {
   const config::CellFile& file_;
   const OrderOptions options_;
   std::shared_ptr<client::Connection> connection_;
+  const Clock::time_point began_ = Clock::now();
   std::mutex mutex_;  // guards all that follows
   Queue stops_;
   Queue others_;

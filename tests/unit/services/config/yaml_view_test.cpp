@@ -38,6 +38,13 @@ TEST(TextTest, PrintableKeepsOneLineAndWholeCharacters) {
   EXPECT_EQ(printable(letters + "é" + "tail"), letters + "…");
 }
 
+TEST(TextTest, PrintableKeepsLongPathsWhole) {
+  const std::string path = "/home/" + std::string(300, 'd') + "/arm.so";
+  EXPECT_EQ(printable_path(path), path);
+  EXPECT_EQ(printable_path("a\n" + path), "a\\x0a" + path);
+  EXPECT_EQ(printable_path(std::string(1000, 'd')), std::string(400, 'd') + "…");
+}
+
 TEST(TextTest, PrintableEscapesBytesThatAreNoUtf8) {
   EXPECT_EQ(printable("a\xff\xc3z"), "a\\xff\\xc3z");
   EXPECT_EQ(valid_utf8("line\n\xe2\x82"), "line\n\\xe2\\x82");
