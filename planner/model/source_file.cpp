@@ -213,12 +213,14 @@ class ResourceFinder {
     return std::nullopt;
   }
 
-  /// A folder of the package, for an error about a file that it lacks; empty: no such package.
+  /// A folder of the package; empty: no such package.
   [[nodiscard]] std::optional<fs::path> folder_of_package(const std::string& package) {
+    if (const auto entry = packages_.find(package); entry != packages_.end()) return entry->second;
     std::error_code ignored;
     for (const fs::path& start : folders_) {
       for (fs::path folder = start; folder != folder.parent_path(); folder = folder.parent_path()) {
         if (folder.filename() == package || package_name(folder, sources_) == package) return folder;
+        if (package_name(folder / package, sources_) == package) return folder / package;
       }
     }
     std::vector<fs::path> candidates;
@@ -299,6 +301,11 @@ std::optional<fs::path> find_resource(ResourceFinder& finder, const std::string&
 }
 
 }  // namespace
+
+std::optional<fs::path> package_folder(const std::string& package, const std::string& urdf_path,
+                                       const std::map<std::string, std::string>& packages, SourceFiles& sources) {
+  return ResourceFinder(urdf_path, packages, sources).folder_of_package(package);
+}
 
 std::string resolve_resource(const std::string& uri, const std::string& urdf_path,
                              const std::map<std::string, std::string>& packages, const std::string& where,

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -77,5 +78,11 @@ inline constexpr const char* kLfsPointer = "is a pointer of Git LFS, not the fil
 [[nodiscard]] std::string resolve_resource(const std::string& uri, const std::string& urdf_path,
                                            const std::map<std::string, std::string>& packages, const std::string& where,
                                            SourceFiles& sources, const std::string& remedy = "");
+
+/// The folder of package P, by the same rules; empty: there is none.
+[[nodiscard]] std::optional<std::filesystem::path> package_folder(const std::string& package,
+                                                                  const std::string& urdf_path,
+                                                                  const std::map<std::string, std::string>& packages,
+                                                                  SourceFiles& sources);
 
 }  // namespace hecaton::planner

@@ -66,22 +66,11 @@ std::optional<std::string> needed_xacro(const XMLElement& robot) {
   return std::nullopt;
 }
 
-/// The package that xacro could not find, from its error; empty: the error is another one.
-std::string missing_package(const std::string& error) {
-  constexpr std::string_view kBefore = "package '";
-  constexpr std::string_view kAfter = "' not found";
-  const std::size_t end = error.find(kAfter);
-  const std::size_t at = end == std::string::npos ? end : error.rfind(kBefore, end);
-  return at == std::string::npos ? "" : error.substr(at + kBefore.size(), end - at - kBefore.size());
-}
-
 class UrdfChecker {
  public:
-  UrdfChecker(std::string path, SourceFiles& sources, const XacroArguments& arguments,
-              const std::string& name_of_arguments)
-      : path_(std::move(path)) {
+  UrdfChecker(std::string path, SourceFiles& sources, const XacroOptions& xacro) : path_(std::move(path)) {
     load_xml(path_, "URDF", document_, sources);
-    expand(sources, arguments, name_of_arguments);
+    expand(sources, xacro);
   }
 
   UrdfDocument checked() {
@@ -113,25 +102,13 @@ class UrdfChecker {
   }
 
   /// Replaces a document whose links or joints are xacro by what the program `xacro` makes of the file.
-  void expand(SourceFiles& sources, const XacroArguments& arguments, const std::string& name_of_arguments) {
+  void expand(SourceFiles& sources, const XacroOptions& xacro) {
     const auto found = needed_xacro(root());
     if (!found) {
-      if (!arguments.empty()) note("the file is plain URDF; the arguments for xacro have no effect");
+      if (!xacro.arguments.empty()) note("the file is plain URDF; the arguments for xacro have no effect");
       return;
     }
-    const std::string how = name_of_arguments.empty() ? "" : "; " + name_of_arguments + " gives it arguments";
-    const std::string by_hand = "; if it needs arguments, expand it first (xacro in.xacro NAME:=VALUE > out.urdf)";
-    std::optional<std::string> text;
-    try {
-      text = expand_xacro(path_, sources.place(path_).string(), arguments);
-    } catch (const ModelError& error) {
-      const std::string package = missing_package(error.what());
-      if (!package.empty()) {
-        throw ModelError(error.what() + ("; xacro finds package '" + package + "' as share/" + package) +
-                         " below a folder of AMENT_PREFIX_PATH, as in a sourced ROS 2 shell");
-      }
-      throw ModelError(error.what() + (how.empty() ? by_hand : how));
-    }
+    const auto text = expand_xacro(path_, sources, xacro);
     if (!text) {
       fail(*found +
            " is xacro, not plain URDF; install the program xacro and put it on the PATH, or expand the file first "
@@ -141,7 +118,8 @@ class UrdfChecker {
     parse_xml(*text, path_, "URDF", document_);
     const auto left = needed_xacro(root());
     if (left) fail(*left + " is xacro that the program xacro left as it was; correct the file");
-    note("the program xacro expanded the file" + how);
+    note("the program xacro expanded the file" +
+         (xacro.arguments_option.empty() ? "" : "; " + xacro.arguments_option + " gives it arguments"));
   }
 
   void name_robot(XMLElement& robot) {
@@ -546,9 +524,8 @@ class UrdfChecker {
 
 }  // namespace
 
-UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources, const XacroArguments& arguments,
-                                const std::string& name_of_arguments) {
-  return UrdfChecker(path, sources, arguments, name_of_arguments).checked();
+UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources, const XacroOptions& xacro) {
+  return UrdfChecker(path, sources, xacro).checked();
 }
 
 }  // namespace hecaton::planner

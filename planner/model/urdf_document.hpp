@@ -24,9 +24,8 @@ struct UrdfDocument {
 /// unique, references resolve, and joints form one tree. A joint that follows others leads to one that follows none.
 /// Numbers are finite, axes not zero, sizes positive and ranges not reversed. Missing limits of effort and velocity
 /// are 0; a follower without a range of its own has equal limits. Floating and planar joints are fixed.
-/// `name_of_arguments` says how the user gives arguments to xacro; empty: not at all. Throws ModelError.
+/// Throws ModelError.
 [[nodiscard]] UrdfDocument read_urdf_document(const std::string& path, SourceFiles& sources,
-                                              const XacroArguments& arguments = {},
-                                              const std::string& name_of_arguments = "");
+                                              const XacroOptions& xacro = {});
 
 }  // namespace hecaton::planner

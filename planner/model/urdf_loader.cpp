@@ -144,8 +144,9 @@ class ModelBuilder {
       : path_(path), options_(options), sources_(sources) {}
 
   std::shared_ptr<const RobotModel> build() {
-    const UrdfDocument document =
-        read_urdf_document(path_, sources_, options_.xacro_arguments, options_.names.xacro_arguments);
+    const UrdfDocument document = read_urdf_document(
+        path_, sources_,
+        {options_.xacro_arguments, options_.packages, options_.names.xacro_arguments, options_.names.packages});
     model_->notes = document.notes;
     const urdf::ModelInterfaceSharedPtr urdf = parse(path_, document.text);
     auto [tree, urdf_links] = flatten(*urdf);
@@ -175,6 +176,7 @@ class ModelBuilder {
     limit_endless_joints();
     note_unlikely_sizes();
     note_unlikely_angles();
+    note_tool_on_last_axis();
     model_->self_pairs = pairs_of_separate_bodies(*model_);
     enclose_followers(chain.followers, chain.ranges, path_, *model_);
     if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
@@ -415,6 +417,21 @@ class ModelBuilder {
     }
     if (joints.empty()) return;
     model_->notes.push_back("unlikely limits: " + joints + "; a URDF has radians, not degrees");
+  }
+
+  /// Few joints, of which the last one only turns the tool where it is: the URDF has no link at the arm's tip.
+  void note_tool_on_last_axis() {
+    constexpr int kFewJoints = 3;
+    constexpr double kNear = 1e-3;  // [m]
+    const int moved = moved_link(*model_, model_->tool_link);
+    if (moved < 0 || model_->joints() > kFewJoints || model_->links[moved].joint_type == JointType::kPrismatic) return;
+    Pose X_MT = model_->X_LT;  // M: the moved link's frame
+    for (int i = model_->tool_link; i != moved; i = model_->links[i].parent) X_MT = model_->links[i].X_PJ * X_MT;
+    if (X_MT.translation().cross(model_->links[moved].axis).norm() > kNear) return;
+    model_->notes.push_back("joint " + in_quotes(model_->links[moved].joint_name) +
+                            " only turns the tool about its own origin; if the arm's tip is elsewhere, give its place "
+                            "in the frame of link " +
+                            in_quotes(model_->links[model_->tool_link].name) + " with the cell file's key 'tool'");
   }
 
   double velocity_limit(const TreeLink& entry) {

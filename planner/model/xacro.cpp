@@ -2,20 +2,25 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
 namespace hecaton::planner {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -42,17 +47,83 @@ std::string reason_of_failure(const std::string& text) {
   return last;
 }
 
+/// The package that xacro could not find, from its reason; empty: the reason is another one.
+std::string missing_package(const std::string& reason) {
+  constexpr std::string_view kBefore = "package '";
+  constexpr std::string_view kAfter = "' not found";
+  const std::size_t end = reason.find(kAfter);
+  const std::size_t at = end == std::string::npos ? end : reason.rfind(kBefore, end);
+  return at == std::string::npos ? "" : reason.substr(at + kBefore.size(), end - at - kBefore.size());
+}
+
+/// A folder with an index of packages, as ROS 2 has it below each prefix. Removed at the end.
+class PackageIndex {
+ public:
+  explicit PackageIndex(const std::map<std::string, std::string>& packages) {
+    std::string name = (fs::temp_directory_path() / "hecaton-packages-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
+    prefix_ = name;
+    const fs::path markers = prefix_ / "share" / "ament_index" / "resource_index" / "packages";
+    fs::create_directories(markers);
+    for (const auto& [package, folder] : packages) {
+      std::ofstream(markers / package).flush();
+      fs::create_directory_symlink(fs::absolute(folder), prefix_ / "share" / package);
+    }
+  }
+  ~PackageIndex() {
+    std::error_code ignored;
+    fs::remove_all(prefix_, ignored);
+  }
+  PackageIndex(const PackageIndex&) = delete;
+  PackageIndex& operator=(const PackageIndex&) = delete;
+  PackageIndex(PackageIndex&&) = delete;
+  PackageIndex& operator=(PackageIndex&&) = delete;
+
+  /// This process's environment, in which both generations of ROS find the packages of the index before others.
+  [[nodiscard]] std::vector<std::string> environment() const {
+    std::string prefixes = "AMENT_PREFIX_PATH=" + prefix_.string();
+    std::string folders = "ROS_PACKAGE_PATH=" + (prefix_ / "share").string();
+    std::vector<std::string> all;
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+      const std::string_view text = *entry;
+      const std::size_t value = text.find('=') + 1;
+      std::string* const list = text.starts_with("AMENT_PREFIX_PATH=")  ? &prefixes
+                                : text.starts_with("ROS_PACKAGE_PATH=") ? &folders
+                                                                        : nullptr;
+      if (list == nullptr) {
+        all.emplace_back(text);
+      } else if (value < text.size()) {
+        *list += ":" + std::string(text.substr(value));
+      }
+    }
+    all.push_back(std::move(prefixes));
+    all.push_back(std::move(folders));
+    return all;
+  }
+
+ private:
+  fs::path prefix_;
+};
+
+std::vector<char*> pointers(std::vector<std::string>& words) {
+  std::vector<char*> all;
+  for (std::string& word : words) all.push_back(word.data());
+  all.push_back(nullptr);
+  return all;
+}
+
 /// Starts the program and waits for its end. Empty when the PATH does not have it, else its exit status.
-std::optional<int> run(std::vector<std::string> words, std::FILE* output, std::FILE* errors) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
+std::optional<int> run(std::vector<std::string> words, const PackageIndex& index, std::FILE* output,
+                       std::FILE* errors) {
+  std::vector<std::string> environment = index.environment();
+  const std::vector<char*> arguments = pointers(words);
+  const std::vector<char*> variables = pointers(environment);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, fileno(output), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, fileno(errors), STDERR_FILENO);
   pid_t child = 0;
-  const int error = posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  const int error = posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), variables.data());
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) return std::nullopt;
   int status = 0;
@@ -62,22 +133,43 @@ std::optional<int> run(std::vector<std::string> words, std::FILE* output, std::F
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+/// What the user can do about the program's failure.
+std::string remedy(const std::string& missing_package, const XacroOptions& options) {
+  if (missing_package.empty()) {
+    if (!options.arguments_option.empty()) return options.arguments_option + " gives it arguments";
+    return "if it needs arguments, expand it first (xacro in.xacro NAME:=VALUE > out.urdf)";
+  }
+  std::string option = options.packages_option;
+  if (const std::size_t name = option.find('@'); name != std::string::npos) option.replace(name, 1, missing_package);
+  return "map package '" + missing_package + "' to its folder" + (option.empty() ? "" : " (" + option + ")") +
+         ", or keep the file below a folder of that name, or source its ROS 2 workspace";
+}
+
+constexpr std::size_t kMostFoundPackages = 64;
+
 }  // namespace
 
-std::optional<std::string> expand_xacro(const std::string& path, const std::string& place,
-                                        const XacroArguments& arguments) {
-  const TemporaryFile output(std::tmpfile());
-  const TemporaryFile errors(std::tmpfile());
-  if (!output || !errors) throw ModelError(path + ": there is no temporary file for the output of xacro");
-  std::vector<std::string> words{"xacro", place};
-  for (const auto& [name, value] : arguments) words.push_back(name + ":=" + value);
-  const std::optional<int> status = run(std::move(words), output.get(), errors.get());
-  if (!status) return std::nullopt;
-  if (*status != 0) {
-    throw ModelError(path + ": xacro cannot expand this file: " +
-                     in_quotes(reason_of_failure(written(errors.get())), kLongestReason));
+std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources, const XacroOptions& options) {
+  std::vector<std::string> words{"xacro", sources.place(path).string()};
+  for (const auto& [name, value] : options.arguments) words.push_back(name + ":=" + value);
+  std::map<std::string, std::string> packages = options.packages;
+  // xacro names one missing package at a time.
+  while (true) {
+    const TemporaryFile output(std::tmpfile());
+    const TemporaryFile errors(std::tmpfile());
+    if (!output || !errors) throw ModelError(path + ": there is no temporary file for the output of xacro");
+    const std::optional<int> status = run(words, PackageIndex(packages), output.get(), errors.get());
+    if (!status) return std::nullopt;
+    if (*status == 0) return written(output.get());
+    const std::string reason = reason_of_failure(written(errors.get()));
+    const std::string missing = missing_package(reason);
+    if (!missing.empty() && packages.size() < options.packages.size() + kMostFoundPackages) {
+      const auto folder = package_folder(missing, path, options.packages, sources);
+      if (folder && packages.try_emplace(missing, folder->string()).second) continue;
+    }
+    throw ModelError(path + ": xacro cannot expand this file: " + in_quotes(reason, kLongestReason) + "; " +
+                     remedy(missing, options));
   }
-  return written(output.get());
 }
 
 }  // namespace hecaton::planner

@@ -5,15 +5,25 @@
 #include <optional>
 #include <string>
 
+#include "planner/model/source_file.hpp"
+
 namespace hecaton::planner {
 
 /// Arguments of a xacro file: `name:=value`.
 using XacroArguments = std::map<std::string, std::string>;
 
-/// What `xacro` writes for the file `path`, which it reads at `place`. Waits until the program ends. Empty when the
-/// PATH has no such program. Throws ModelError, which begins with `path`, when the program fails; the sentence ends
-/// with the program's last line.
-[[nodiscard]] std::optional<std::string> expand_xacro(const std::string& path, const std::string& place,
-                                                      const XacroArguments& arguments);
+/// What the user gives for a xacro file.
+struct XacroOptions {
+  XacroArguments arguments;
+  std::map<std::string, std::string> packages;  ///< name → folder, for $(find NAME)
+  std::string arguments_option;  ///< how messages name the option for arguments: "--xacro NAME=VALUE"; empty: none
+  std::string packages_option;   ///< the same for packages, with @ for the name: "--package @=DIR"
+};
+
+/// What `xacro` writes for the file `path` of `sources`. Waits until the program ends. It finds packages where
+/// resolve_resource() does. Empty when the PATH has no such program. Throws ModelError, which begins with `path`, when
+/// the program fails; the sentence ends with the program's reason, or with what to do about a missing package.
+[[nodiscard]] std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources,
+                                                      const XacroOptions& options);
 
 }  // namespace hecaton::planner

@@ -37,11 +37,13 @@ std::string unknown_word(const CLI::App& app, const CLI::App& command) {
   const bool option = word.starts_with("-");
   std::vector<std::string> names;
   if (option) {
-    for (const CLI::App* level : {&command, &app}) {
-      for (const CLI::Option* known : options_of(*level)) {
+    const auto add = [&](const CLI::App& level) {
+      for (const CLI::Option* known : options_of(level)) {
         if (!known->get_positional()) names.push_back("--" + known->get_lnames().front());
       }
-    }
+    };
+    add(command);
+    if (&command != &app) add(app);
   } else {
     for (const CLI::App* known : subcommands_of(command)) names.push_back(known->get_name());
   }

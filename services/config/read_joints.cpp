@@ -11,8 +11,9 @@ using planner::JointLimits;
 using planner::JointVector;
 using planner::RobotModel;
 
-constexpr double kFastest = 1e3;           // [rad/s | m/s]
-constexpr double kMostAcceleration = 1e5;  // [rad/s² | m/s²]
+constexpr double kFastest = 1e3;             // [rad/s | m/s]
+constexpr double kLeastAcceleration = 1e-3;  // [rad/s² | m/s²]; with less, an arm practically never stops
+constexpr double kMostAcceleration = 1e5;    // [rad/s² | m/s²]
 
 std::string unit_of(const RobotModel& model, int joint, const char* per = "") {
   return (joint_type(model, joint) == planner::JointType::kPrismatic ? "m" : "rad") + std::string(per);
@@ -67,7 +68,7 @@ void tighten_velocities(const YamlView& view, const RobotModel& model, JointLimi
 }
 
 void set_accelerations(const YamlView& view, const RobotModel& model, JointLimits& limits) {
-  const Bounds bounds{0.0, kMostAcceleration, "rad/s² (m/s² for a prismatic joint)", true};
+  const Bounds bounds{kLeastAcceleration, kMostAcceleration, "rad/s² (m/s² for a prismatic joint)"};
   if (!view.is_sequence()) {
     limits.acceleration.setConstant(view.number(bounds));
     return;

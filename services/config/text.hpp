@@ -22,7 +22,7 @@ namespace hecaton::config {
 [[nodiscard]] std::string suggestion(std::string_view word, std::span<const std::string_view> candidates);
 
 /// The rule for names of cells, hosts, arms, poses and obstacles, which become parts of topics and messages.
-inline constexpr std::string_view kNameRule = "a name of 1 to 64 letters, digits, '_', '-' or '.'";
+inline constexpr std::string_view kNameRule = "a name of 1 to 64 characters: a to z, A to Z, 0 to 9, '_', '-' or '.'";
 [[nodiscard]] bool is_name(std::string_view text);
 
 /// The shortest decimal text that reads back as `value`, at most 6 significant digits.

@@ -55,7 +55,9 @@ std::optional<ExitCode> parse_or_explain(CLI::App& app, int argc, const char* co
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
+    if (error.get_exit_code() == 0) return app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage;
+    complain(std::string(error.what()) + "; see --help");
+    return ExitCode::kUsage;
   } catch (const std::exception& error) {
     complain(error.what());
     return ExitCode::kBadInput;

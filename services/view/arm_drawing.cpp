@@ -27,7 +27,8 @@ std::string urdf_text(const config::RobotFiles& robot, const planner::SourceFile
   std::string text = content_of(place);
   if (text.find("<xacro:") == std::string::npos) return text;
   try {
-    return planner::expand_xacro(robot.urdf, place.string(), robot.xacro_arguments).value_or("");
+    planner::SourceFiles read = sources;
+    return planner::expand_xacro(robot.urdf, read, {robot.xacro_arguments, robot.packages, "", ""}).value_or("");
   } catch (const planner::ModelError&) {
     return {};
   }

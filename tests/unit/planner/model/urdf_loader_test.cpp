@@ -254,6 +254,32 @@ TEST(UrdfLoader, TakesVisualShapesWhereNoLinkHasCollisionShapes) {
   EXPECT_EQ(mixed->geometry.size(), 1U) << "collision shapes of any link rule out visual shapes";
 }
 
+TEST(UrdfLoader, NotesAToolThatTheLastJointOnlyTurns) {
+  const auto arm = [](const std::string& tip) {
+    const std::string joint = "<axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
+    return robot(ball_link("base") + ball_link("upper") + ball_link("lower") +
+                 "<joint name='a' type='revolute'><parent link='base'/><child link='upper'/>" + joint +
+                 "<joint name='b' type='revolute'><parent link='upper'/><child link='lower'/><origin xyz='1 0 0'/>" +
+                 joint + tip);
+  };
+  const std::string note =
+      "joint 'b' only turns the tool about its own origin; if the arm's tip is elsewhere, give its place in the frame "
+      "of link 'lower' with the cell file's key 'tool'";
+  UrdfOptions options;
+  options.tool_link = "lower";
+  EXPECT_TRUE(has_note(*load_text(arm(""), options), note));
+  options.X_LT.translate(Eigen::Vector3d(0.4, 0.0, 0.0));
+  EXPECT_FALSE(has_note(*load_text(arm(""), options), note));
+  options = {};
+  options.tool_link = "tip";
+  const auto with_tip = load_text(arm("<link name='tip'/><joint name='c' type='fixed'><parent link='lower'/>"
+                                      "<child link='tip'/><origin xyz='0.4 0 0'/></joint>"),
+                                  options);
+  EXPECT_TRUE(std::none_of(with_tip->notes.begin(), with_tip->notes.end(), [](const std::string& one) {
+    return one.find("only turns the tool") != std::string::npos;
+  }));
+}
+
 /// Puts a program `xacro` on the PATH for the time of a test.
 class Xacro : public testing::Test {
  protected:
@@ -316,13 +342,46 @@ TEST_F(Xacro, FailsWithTheErrorAndNotWithItsPlace) {
   EXPECT_NE(message.find("xacro cannot expand this file: 'unknown macro name: arm'"), std::string::npos) << message;
 }
 
-TEST_F(Xacro, SaysWhereItLooksForAPackage) {
+TEST_F(Xacro, SaysHowToNameAPackage) {
   install("echo \"error: \\\"package 'my_arm' not found, searching: ['/opt']\\\"\" >&2\nexit 2\n");
-  const std::string message = test::error_of(source_);
+  UrdfOptions options;
+  options.names.packages = "--package @=DIR";
+  const std::string message = test::error_of(source_, options);
   EXPECT_TRUE(
-      message.ends_with("; xacro finds package 'my_arm' as share/my_arm below a folder of AMENT_PREFIX_PATH, as "
-                        "in a sourced ROS 2 shell"))
+      message.ends_with("; map package 'my_arm' to its folder (--package my_arm=DIR), or keep the file below a "
+                        "folder of that name, or source its ROS 2 workspace"))
       << message;
+}
+
+/// A program that needs the package my_arm, and inserts the link that the package's file arm.xml holds.
+const std::string kNeedsPackage =
+    "IFS=:\nfor prefix in $AMENT_PREFIX_PATH; do\n"
+    "  if test -f \"$prefix/share/ament_index/resource_index/packages/my_arm\"; then\n"
+    "    sed \"s/<xacro:arm.>/$(cat \"$prefix/share/my_arm/arm.xml\")/\" \"$1\"; exit 0; fi\ndone\n"
+    "echo \"error: package 'my_arm' not found\" >&2\nexit 2\n";
+const std::string kArm =
+    "<link name=\"left\"\\/><joint name=\"j\" type=\"continuous\"><parent link=\"base\"\\/><child link=\"left\"\\/>"
+    "<limit effort=\"1\" velocity=\"1\"\\/><\\/joint>";
+
+TEST_F(Xacro, FindsPackagesThatTheUserNames) {
+  install(kNeedsPackage);
+  folder_.write("elsewhere/arm.xml", kArm);
+  const std::string file = folder_.write("r.urdf.xacro", source_);
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  EXPECT_THROW(static_cast<void>(load_urdf(file, options)), ModelError);
+  options.packages = {{"my_arm", folder_.path("elsewhere")}};
+  EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
+}
+
+TEST_F(Xacro, FindsThePackageThatTheFileIsIn) {
+  install(kNeedsPackage);
+  folder_.write("repository/package.xml", "<package><name>my_arm</name></package>");
+  folder_.write("repository/arm.xml", kArm);
+  const std::string file = folder_.write("repository/urdf/r.urdf.xacro", source_);
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
 }
 
 TEST_F(Xacro, LeavesNoXacroText) {

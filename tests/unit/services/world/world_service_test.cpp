@@ -65,7 +65,7 @@ TEST_F(Edit, AppliesTheRulesOfTheCellFile) {
     return apply_edit(world_, cell_, add).reason;
   };
   EXPECT_EQ(refusal(ball("two words")),
-            "obstacle 'two words': name = \"two words\" must be a name of 1 to 64 letters, digits, '_', '-' or '.'");
+            "obstacle 'two words': name = \"two words\" must be a name of 1 to 64 characters: a to z, A to Z, 0 to 9, '_', '-' or '.'");
   EXPECT_EQ(refusal(ball("a")), "obstacle 'a': name = a must be unique, but another obstacle has the same name");
   world::Obstacle far = ball("far");
   far.X_WO.translation().x() = 101.0;
