@@ -73,10 +73,12 @@ int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> ty
                      Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
                        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
                        const int arm = find_arm(file, options.arm);
-                       auto device = make_device(file, arm, beside(options.checkpoint, ".device"), types,
-                                                 [](std::string_view event, std::string_view details) {
-                                                   log_info(event, {{"details", details}});
-                                                 });
+                       auto device = make_device(
+                           file, arm, beside(options.checkpoint, ".device"), types,
+                           [](std::string_view event, std::string_view details) {
+                             log_info(event, {{"details", details}});
+                           },
+                           [&file, &options] { return join_as_device(file, options); });
                        const LogScope log(driver_node(options.arm), options);
                        lock_memory();
                        start_exit_notifier(options.exit_fd);

@@ -1,5 +1,6 @@
 #include "services/arm_driver/control_setup.hpp"
 
+#include "services/runtime/join.hpp"
 #include "services/runtime/periodic_loop.hpp"
 
 namespace hecaton::services {
@@ -11,6 +12,10 @@ ArmControlSetup control_setup(const config::CellFile& file, int arm) {
   const planner::Arm& planned = file.cell.arms[arm].arm;
   return {planned.name, planned.limits, timing.command_timeout, nanoseconds(timing.driver_period),
           nanoseconds(timing.control_period + timing.driver_period)};
+}
+
+std::unique_ptr<bus::Participant> join_as_device(const config::CellFile& file, const ServiceOptions& options) {
+  return std::make_unique<bus::Participant>(make_participant(file, options, Role::kDriver, "device/" + options.arm));
 }
 
 }  // namespace hecaton::services

@@ -159,10 +159,11 @@ std::vector<std::string> device_steps(const config::CellFile& file, std::span<co
 }
 
 std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,
-                                               std::span<const device::DeviceType> types,
-                                               const device::DeviceLog& log) {
+                                               std::span<const device::DeviceType> types, const device::DeviceLog& log,
+                                               const device::JoinCell& join) {
   device::DeviceSetup setup = setup_of(file, arm, checkpoint);
   setup.log = log;
+  setup.join = join;
   return type_of(file, arm, types).make(setup);
 }
 

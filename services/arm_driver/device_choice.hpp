@@ -35,6 +35,7 @@ void require_known_devices(const config::CellFile& file,
 [[nodiscard]] std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm,
                                                              const std::string& checkpoint,
                                                              std::span<const device::DeviceType> types,
-                                                             const device::DeviceLog& log = {});
+                                                             const device::DeviceLog& log = {},
+                                                             const device::JoinCell& join = {});
 
 }  // namespace hecaton::services

@@ -50,6 +50,8 @@ struct TopicInfo {
   TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 50ms, .hold = 200ms)                 \
   TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .heartbeat = 5ms, .partition_per_key = true)  \
   TOPIC(DeviceRequest, "", "cli", "driver", .reliable = true, .depth = 32)                                             \
+  TOPIC(DeviceCommand, sample.arm(), "driver", "driver program", .hold = 200ms, .partition_per_key = true)             \
+  TOPIC(DeviceState, sample.arm(), "driver program", "driver", .hold = 200ms, .partition_per_key = true)               \
   TOPIC(DeviceReply, "", "driver", "cli", .reliable = true, .transient_local = true, .depth = 4)                       \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
   TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms, .hold = 200ms)                                           \

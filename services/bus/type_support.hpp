@@ -2,6 +2,7 @@
 /// Serialisation of the message types of topics.hpp. Private to services/bus.
 
 #include <idl/armPubSubTypes.h>
+#include <idl/devicePubSubTypes.h>
 #include <idl/goalPubSubTypes.h>
 #include <idl/healthPubSubTypes.h>
 #include <idl/plannerPubSubTypes.h>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include <idl/device.h>
 #include <idl/planner.h>
 #include <idl/supervisor.h>
 
@@ -127,6 +128,28 @@ constexpr StructRule kArmCommand{"ArmCommand", kArmCommandFields};
 constexpr std::array kDeviceRequestFields{kSchema, name_of("client"), count("request_id"), name_of("arm"),
                                           choice("order", msg::DeviceOrder::DEVICE_COMMAND)};
 constexpr StructRule kDeviceRequest{"DeviceRequest", kDeviceRequestFields};
+constexpr std::array kDeviceCommandFields{kSchema,
+                                          name_of("arm"),
+                                          count("session"),
+                                          count("sequence_number"),
+                                          choice("task", msg::DeviceTask::DEVICE_STOP),
+                                          number("valid_for", 0.0, 10.0),
+                                          positions("q", msg::MAX_JOINTS),
+                                          velocities("qd", msg::MAX_JOINTS),
+                                          text("reason")};
+constexpr StructRule kDeviceCommand{"DeviceCommand", kDeviceCommandFields};
+constexpr std::array kDeviceStateFields{kSchema,
+                                        name_of("arm"),
+                                        count("session"),
+                                        count("sequence_number"),
+                                        number("age", 0.0, kLongestTime),
+                                        positions("q", msg::MAX_JOINTS),
+                                        velocities("qd", msg::MAX_JOINTS),
+                                        number("speed_scaling", 0.0, 1.0),
+                                        number("tracking_delay", 0.0, 1.0),
+                                        choice("mode", msg::DeviceMode::DEVICE_FAILED),
+                                        text("text")};
+constexpr StructRule kDeviceState{"DeviceState", kDeviceStateFields};
 constexpr std::array kDeviceReplyFields{kSchema,        name_of("client"), count("request_id"),
                                         name_of("arm"), boolean("done"),   nested("cause", kCause)};
 constexpr StructRule kDeviceReply{"DeviceReply", kDeviceReplyFields};
@@ -516,6 +539,8 @@ constexpr std::uint32_t kLargest = 1U << 22U;
 constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kArmCommand, kSmall, 5000},
                             TopicRule{kDeviceRequest, kSmall, 500},
+                            TopicRule{kDeviceCommand, kSmall, 5000},
+                            TopicRule{kDeviceState, kSmall, 5000},
                             TopicRule{kDeviceReply, kSmall, 2000},
                             TopicRule{kObstacleShapes, kLarge, 20000},
                             TopicRule{kObstacleStates, kLarge, 5000},

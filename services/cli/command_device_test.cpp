@@ -143,7 +143,12 @@ ExitCode run(const Settings& settings, const Options& options) {
                       ", and a device-test would; name the type of its device in a copy of the file");
   }
   require_known_devices(file);
-  const auto device = make_device(file, arm, {}, device::device_types());
+  ServiceOptions as_driver;
+  as_driver.cell = options.cell;
+  as_driver.arm = options.arm;
+  as_driver.domain = settings.domain;
+  const auto device = make_device(file, arm, {}, device::device_types(), {},
+                                  [&file, &as_driver] { return join_as_device(file, as_driver); });
   if (chosen.type != "simulated") require_consent(options, chosen.type);
 
   const Interruption interruption;

@@ -26,6 +26,9 @@
 namespace hecaton::planner {
 struct RobotModel;
 }
+namespace hecaton::bus {
+class Participant;
+}
 
 namespace hecaton::device {
 
@@ -127,6 +130,9 @@ class ArmDevice {
 /// Writes a line to the driver's log: what happened, and its details. Thread-safe. May be empty.
 using DeviceLog = std::function<void(std::string_view event, std::string_view details)>;
 
+/// Joins the cell's DDS domain with the keys of a driver. Throws std::runtime_error with a sentence.
+using JoinCell = std::function<std::unique_ptr<bus::Participant>()>;
+
 /// The data from which a device is created.
 struct DeviceSetup {
   std::string arm;                                         ///< its name in the cell
@@ -141,6 +147,7 @@ struct DeviceSetup {
   DeviceLog log = {};                                      ///< for events of the device; empty: none are logged
   std::vector<bool> prismatic = {};                        ///< of each joint; empty: all are revolute
   std::vector<std::string> joint_names = {};               ///< of each joint in the robot description
+  JoinCell join = {};                                      ///< for devices that use topics; empty in checks
 };
 
 /// A port of this machine on which a device listens.

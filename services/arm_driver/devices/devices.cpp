@@ -1,5 +1,6 @@
 #include "services/arm_driver/devices/abb_egm/abb_egm_arm.hpp"
 #include "services/arm_driver/devices/arm_device.hpp"
+#include "services/arm_driver/devices/program/program_arm.hpp"
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
 #include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
@@ -30,6 +31,13 @@ const std::vector<DeviceType>& device_types() {
        {"# on the machine of ARM: start its driver of ros2_control and activate the controller", "hecaton resume ARM",
         "# the real arm ARM moves now: stand at its emergency stop"},
        ros2_control_claims},
+      {"program",
+       {},
+       make_program_arm,
+       nullptr,
+       program_notes,
+       {"# start the program of ARM", "hecaton resume ARM",
+        "# the real arm ARM moves now: stand at its emergency stop"}},
   };
   return types;
 }

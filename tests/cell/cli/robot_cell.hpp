@@ -37,6 +37,12 @@ class RobotCell : public LiveCell {
     }
     return kinds;
   }
+  /// A fault of the arm has this kind, also one that is over.
+  [[nodiscard]] bool reported(const std::string& kind) const {
+    const Json faults = json({"faults"});
+    return std::any_of(faults.begin(), faults.end(),
+                       [&](const Json& fault) { return fault["subject"] == "north" && fault["kind"] == kind; });
+  }
   [[nodiscard]] bool until(const std::function<bool()>& event) const {
     for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
       if (event()) return true;
@@ -62,12 +68,7 @@ class RobotCell : public LiveCell {
     const Ran ended = run({"wait", "north", "--for", "cancelled", "--timeout", "60s"});
     EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
     EXPECT_TRUE(until([&] { return robot_speed() < slow(); }));
-    EXPECT_TRUE(until([&] {
-      bool reported = false;
-      for (const Json& fault : json({"faults"})) reported |= fault["subject"] == "north" && fault["kind"] == kind;
-      return reported;
-    })) << kind
-        << json({"faults"});
+    EXPECT_TRUE(until([&] { return reported(kind); })) << kind << json({"faults"});
   }
 
   TemporaryFolder folder_;

@@ -51,7 +51,7 @@ TEST(DeviceChoice, NamesTheArmInEachStep) {
 
 TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
   EXPECT_EQ(refusal("    device: {type: telepathic}\n"),
-            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control or observed");
+            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control, program or observed");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
             "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
   EXPECT_EQ(refusal("    device: simulated\n"),
