@@ -159,28 +159,15 @@ SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \
 
 
 def robots_parts(binaries):
-    """A table of figures, then every approximation once, with its robots."""
+    """A table of figures. `hecaton robots ROBOT` says the rest."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
     figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
-    approximate, accelerations = {}, {}
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
         volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
         figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
-                    f"| {volume[0] if volume else 'see below'} |\n")
-        for sentence in robot["approximate"]:
-            if not SHAPES.fullmatch(sentence):
-                if match := re.fullmatch(r"acceleration: (?:full speed within )?(.*?)(; the maker publishes none)?", sentence):
-                    accelerations.setdefault(match[1], []).append(robot["name"])
-                else:
-                    approximate.setdefault(sentence, []).append(robot["name"])
-
-    def listed(names):
-        return ", ".join(f"`{name}`" for name in names)
-
-    return {"robots": figures,
-            "approximate": "".join(f"- {listed(names)}: {sentence}\n" for sentence, names in approximate.items()),
-            "accelerations": "".join(f"- {text}: {listed(names)}\n" for text, names in accelerations.items())}
+                    f"| {volume[0] if volume else '—'} |\n")
+    return {"robots": figures}
 
 
 # --- faults.md
