@@ -13,7 +13,6 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
 """
 import argparse
-import collections
 import difflib
 import json
 import pathlib
