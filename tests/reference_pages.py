@@ -83,8 +83,8 @@ def commands(man):
         whole = bool(of_urdf) and all(row in rows for row in of_urdf)
         options = [f"[{argument.replace(', ', '|')}]" for argument, meaning in rows
                    if argument.startswith("-") and not (whole and (argument, meaning) in of_urdf)] + ["[URDF]"] * whole
-        prose = re.split(r"(?<=\.)\s+", " ".join(remarks.split()))
-        text += " ".join([f"- `{' '.join([command, *options])}`: {sentence}", *filter(FOR_SCRIPTS.search, prose)]) + "\n"
+        prose = [*filter(FOR_SCRIPTS.search, re.split(r"(?<=\.)\s+", " ".join(remarks.split())))]
+        text += " ".join([f"- `{' '.join([command, *options])}`: {sentence}", *prose]) + "\n"
     if of_urdf:
         text += f"\n`[URDF]` stands for `{' '.join(f'[{argument}]' for argument, _ in of_urdf)}`.\n"
     return text
