@@ -48,9 +48,10 @@ ALLOWED = {
     "services/messages": ["idl", "planner/model", "world/model"],
     "services/config": ["planner", "planner/methods", "planner/methods/strategy", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model"],
-    "services/arm_driver/devices": ["services/arm_driver/devices/ros2_control", "planner/model", "planner/trajectory", "planner/simulation",
+    "services/arm_driver/devices": ["services/arm_driver/devices/program", "services/arm_driver/devices/ros2_control", "planner/model", "planner/trajectory", "planner/simulation",
                                     "services/runtime"],
-    # the only device that uses DDS
+    # the devices that use DDS
+    "services/arm_driver/devices/program": ["services/arm_driver/devices", "services/bus", "idl"],
     "services/arm_driver/devices/ros2_control": ["services/arm_driver/devices", "services/bus", "services/ros2_messages",
                                                  "planner/model", "planner/trajectory"],
     "services/runtime": ["idl", "services/bus", "services/config", "services/security", "planner/model"],

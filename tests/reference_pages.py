@@ -4,7 +4,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 
 | page | the source of the comparison |
 |---|---|
-| cli.md | `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
+| cli.md | usage of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | robots.md | `hecaton robots`: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
@@ -13,9 +13,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
 """
 import argparse
-import collections
 import difflib
-import itertools
 import json
 import pathlib
 import re
@@ -69,50 +67,27 @@ def sections_of(man):
 
 
 URDF_ONLY = "URDF only: "
+# Sentences of remarks that authors of scripts need; everything else of a command is said by its --help.
+FOR_SCRIPTS = re.compile(r"[Ee]xit code|safety function")
 
 
-def entries(rows):
-    return "".join(f"- `{argument}`: {meaning}\n" for argument, meaning in rows)
-
-
-def commands(man, program):
-    """A section for each command. What several commands have in common stands once, in front."""
+def commands(man):
+    """A line for each command: its usage, its sentence, and what its remarks say for scripts."""
     sections = sections_of(man)
-    uses = collections.Counter(row for _, _, rows, _ in sections for row in rows)
-    shared = []
-    for (argument, meaning), count in uses.items():
-        name = argument.split(" ")[0]
-        rivals = [other for (own, text), other in uses.items() if own.split(" ")[0] == name and text != meaning]
-        if count > max([1, *rivals]):
-            shared.append((argument, meaning))
-    of_urdf = [row for row in shared if row[1].startswith(URDF_ONLY)]
+    of_urdf = list(dict.fromkeys(row for _, _, rows, _ in sections for row in rows if row[1].startswith(URDF_ONLY)))
     text = ""
-    if shared:
-        text = (f"### Shared arguments of {program}\nThey have this meaning unless a command below says more.\n\n"
-                f"{entries(row for row in shared if row not in of_urdf)}\n")
+    for command, sentence, rows, remarks in sections:
+        # The page says how to get man pages and completions for all programs.
+        if command.split()[-1] == "man" or "completion" in command:
+            continue
+        whole = bool(of_urdf) and all(row in rows for row in of_urdf)
+        options = [f"[{argument.replace(', ', '|')}]" for argument, meaning in rows
+                   if argument.startswith("-") and not (whole and (argument, meaning) in of_urdf)] + ["[URDF]"] * whole
+        prose = [*filter(FOR_SCRIPTS.search, re.split(r"(?<=\.)\s+", " ".join(remarks.split())))]
+        text += " ".join([f"- `{' '.join([command, *options])}`: {sentence}", *prose]) + "\n"
     if of_urdf:
-        text += f"Options of a URDF:\n\n{entries((argument, meaning.removeprefix(URDF_ONLY)) for argument, meaning in of_urdf)}\n"
-    told = {}
-    # The page says how to get man pages and completions for all programs.
-    shown = [section for section in sections if section[0].split()[-1] != "man" and "completion" not in section[0]]
-    for (rows, remarks), alike in itertools.groupby(shown, key=lambda section: section[2:]):
-        (command, sentence), *others = [(command, sentence) for command, sentence, _, _ in alike]
-        own = entries(row for row in rows if row not in shared)
-        named = [row for row in rows if row in shared and row[0].startswith("-")]
-        whole = of_urdf and all(row in named for row in of_urdf)
-        names = ", ".join([f"`{re.split('[ ,]', row[0])[0]}`" for row in named if not (whole and row in of_urdf)]
-                          + ["the options of a URDF"] * bool(whole))
-        name = " ".join(word for word in command.split() if not word.isupper())
-        text += f"### {command}\n{sentence}\n\n"
-        text += "".join(f"`{other}`: {sentence}\n\n" for other, sentence in others)  # have the same arguments and remarks
-        text += own + "\n" * bool(own)
-        text += f"Shared: {names}.\n\n" * bool(names)
-        if remarks in told and len(remarks.split()) > 15:
-            text += f"The remark of `{told[remarks]}` holds here, too.\n\n"
-        elif remarks:
-            told[remarks] = name
-            text += remarks + "\n\n"
-    return text.rstrip() + "\n"
+        text += f"\n`[URDF]` stands for `{' '.join(f'[{argument}]' for argument, _ in of_urdf)}`.\n"
+    return text
 
 
 def exit_codes(program):
@@ -126,8 +101,8 @@ def cli_parts(binaries):
     return {
         "exit_codes": exit_codes(binaries / "hecaton"),
         "chaos_codes": exit_codes(binaries / "hecaton-chaos"),
-        "commands": commands(output(binaries / "hecaton", "man"), "hecaton"),
-        "strategies": commands(output(binaries / "hecaton-strategies", "man"), "hecaton-strategies"),
+        "commands": commands(output(binaries / "hecaton", "man")),
+        "strategies": commands(output(binaries / "hecaton-strategies", "man")),
     }
 
 
@@ -183,28 +158,15 @@ SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \
 
 
 def robots_parts(binaries):
-    """A table of figures, then every approximation once, with its robots."""
+    """A table of figures. `hecaton robots ROBOT` says the rest."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
     figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
-    approximate, accelerations = {}, {}
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
         volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
         figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
-                    f"| {volume[0] if volume else 'see below'} |\n")
-        for sentence in robot["approximate"]:
-            if not SHAPES.fullmatch(sentence):
-                if match := re.fullmatch(r"acceleration: (?:full speed within )?(.*?)(; the maker publishes none)?", sentence):
-                    accelerations.setdefault(match[1], []).append(robot["name"])
-                else:
-                    approximate.setdefault(sentence, []).append(robot["name"])
-
-    def listed(names):
-        return ", ".join(f"`{name}`" for name in names)
-
-    return {"robots": figures,
-            "approximate": "".join(f"- {listed(names)}: {sentence}\n" for sentence, names in approximate.items()),
-            "accelerations": "".join(f"- {text}: {listed(names)}\n" for text, names in accelerations.items())}
+                    f"| {volume[0] if volume else '—'} |\n")
+    return {"robots": figures}
 
 
 # --- faults.md

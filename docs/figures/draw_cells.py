@@ -2,7 +2,8 @@
 
 usage: draw_cells.py HECATON          in the root of the repository, with chromium
 
-Each picture has the cell as it starts; its text is the first sentence of the cell file."""
+Each picture has the cell as it starts; its text is the first sentence of the cell file, without a figure or section of a paper, and
+without details behind a semicolon or a colon."""
 import pathlib
 import re
 import subprocess
@@ -13,7 +14,7 @@ PAGE = pathlib.Path("docs/reference/ready-cells.md")
 FROM_ABOVE = {"corridor", "corridor_three", "mobile_rectangle", "narrow_passage", "planar_2r", "planar_3r"}
 HEAD = """# Ready cells
 
-For newcomers who look for a cell to begin with. The files are in `deploy/cells`. Written by `docs/figures/draw_cells.py`.
+For newcomers who look for a cell to begin with. The files are in `deploy/cells`: `hecaton up CELL` runs one, `hecaton simulate CELL` simulates it.
 
 | cell | as it starts | what it is |
 |---|---|---|
@@ -27,7 +28,9 @@ def sentence_of(cell):
             break
         lines.append(line[1:].strip())
     sentence = re.match(r".+?(?<!fig)\.(?=\s+[A-Z\[]|$)", " ".join(lines)).group()
-    return sentence.rstrip(".").replace("|", "\\|")
+    text = re.sub(r"^\[\w+\] (fig\.|sections?) [\d to]+: ", "", sentence.rstrip("."))
+    text = re.split("[:;] ", text)[0]
+    return (text[0].upper() + text[1:]).replace("|", "\\|")
 
 
 def main():
