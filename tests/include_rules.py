@@ -71,12 +71,15 @@ BESIDE = {
     "recorder": [],
     "tick_log": ["services/messages", "planner", "planner/arm_planner", "planner/local", "planner/model", "world/model"],
     "replay": ["services/recorder", "services/view", "services/messages", "services/tick_log", "planner", "planner/arm_planner"],
+    # what the nodes of a live cell would publish: made by their own code
+    "simulation_recording": ["services/messages", "services/planner", "services/recorder", "services/tick_log", "services/world",
+                             "planner", "planner/simulation", "world/model"],
     "picture": ["services/agent", "services/replay", "services/view", "services/messages", "planner", "planner/model", "world/model"],
     "world": ["services/messages", "planner", "planner/model", "planner/simulation", "world/model", "world/sim"],
     "planner": ["services/messages", "services/tick_log", "planner", "planner/arm_planner", "planner/collision", "planner/local", "planner/methods",
                 "planner/model", "planner/rollout", "planner/route", "world/model"],
     "python": ["services/client", "planner", "planner/global", "planner/model", "planner/simulation", "planner/trajectory", "world/model"],
-    "cli": ["services/client", "services/recorder", "services/replay", "services/picture", "services/tick_log", "services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
+    "cli": ["services/client", "services/recorder", "services/replay", "services/picture", "services/simulation_recording", "services/tick_log", "services/arm_driver", "services/arm_driver/devices", "services/messages", "services/command_line", "planner", "planner/collision", "planner/methods", "planner/methods/sensed_cspace", "planner/global", "planner/local", "planner/model",
             "planner/methods/potential_field", "planner/simulation", "planner/trajectory", "world/model", "world/sim"],
 }
 for service, rooms in BESIDE.items():

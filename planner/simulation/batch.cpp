@@ -79,7 +79,9 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
       options.observe_first({cell, task->goals, time, world_time + time, measured, all});
     };
   }
-  if (options.record) episode_options.record = options.record(episode, cell);
+  std::unique_ptr<EpisodeLog> log;
+  if (options.log != nullptr) log = options.log->begin(episode, cell);
+  episode_options.log = log.get();
   record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);
   record.goals = task->goals;
   return record;
@@ -184,6 +186,7 @@ class Episodes {
     BatchOptions options = options_;
     options.threads = threads;
     EpisodeRecord record = run_episode(cell_, generator, options, episode, observed);
+    if (options.log != nullptr) options.log->end(episode);
     if (record.outcome.ended_early) return false;
     const bool drawn = !record.failure;
     const std::lock_guard lock(mutex_);

@@ -2,6 +2,7 @@
 /// Many independent episodes of one cell, and their statistics: what `hecaton simulate` reports.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,20 @@ struct EpisodeMoment {
   std::span<const ArmPlanner> planners;
 };
 
+/// Makes the logs of a batch's episodes. With several threads, calls are concurrent.
+class BatchLog {
+ public:
+  BatchLog() = default;
+  virtual ~BatchLog() = default;
+  BatchLog(const BatchLog&) = delete;
+  BatchLog& operator=(const BatchLog&) = delete;
+
+  /// Before an episode whose task could be drawn. `cell` has the episode's own scene, and lives as long as the episode.
+  virtual std::unique_ptr<EpisodeLog> begin(int episode, const Cell& cell) = 0;
+  /// The episode has ended, or had no task. Called for each episode that was tried.
+  virtual void end(int episode) = 0;
+};
+
 struct BatchOptions {
   int tasks = 100;  ///< goals of single arms in total; an episode has one for each arm
   std::uint64_t seed = 1;
@@ -27,11 +42,8 @@ struct BatchOptions {
   NetworkParameters network;
   bool measure_ticks = false;  ///< measures computing times
   std::function<void(const EpisodeMoment&)>
-      observe_first;  ///< called in every period of the first episode; may be empty
-  /// Called for each episode, before it begins, with its number and its cell, which lives as long as the episode.
-  /// Returns what is called in every period of every planner, as EpisodeOptions::record. May be empty. With several
-  /// threads, calls are concurrent.
-  std::function<std::function<void(const PlannerPeriod&)>(int episode, const Cell& cell)> record;
+      observe_first;        ///< called in every period of the first episode; may be empty
+  BatchLog* log = nullptr;  ///< null: none
   /// Called with the number of finished tasks after each episode; calls are serialized. May be empty.
   std::function<void(int)> progress;
   /// Called in every period of each episode, by its thread; true ends the batch: the report then holds the episodes

@@ -178,6 +178,7 @@ class Episode {
     const auto periods = static_cast<long>(std::llround(cell_.tasks.time_limit / dt));
     double stalled_for = 0.0;
     const auto began = std::chrono::steady_clock::now();
+    if (options_.log != nullptr) options_.log->begin(goals);
     for (long period = 0; period < periods; ++period) {
       const double now = static_cast<double>(period) * dt;
       plan_and_move(now, dt);
@@ -200,6 +201,7 @@ class Episode {
       }
     }
     if (options_.times != nullptr) options_.times->run_us += microseconds_since(began);
+    log_moment(outcome_.duration);
     declare_stalled();
     explain(goals);
     for (std::size_t i = 0; i < arms_.size(); ++i) {
@@ -210,6 +212,7 @@ class Episode {
       outcome_.rollout_ticks += arms_[i].searches.rollout_ticks();
     }
     outcome_.contact_report = world_.contact_monitor().report();
+    if (options_.log != nullptr) options_.log->end(outcome_);
     return outcome_;
   }
 
@@ -217,6 +220,7 @@ class Episode {
   /// All arms and the world publish; then each planner ticks on what has reached it, and its drive follows. No planner
   /// sees another arm's next state, so that the order of the arms does not matter.
   void plan_and_move(double now, double dt) {
+    log_moment(now);
     auto instant = std::make_shared<CellInstant>();
     for (std::size_t i = 0; i < arms_.size(); ++i) instant->arms.push_back(own_state(i));
     instant->obstacles = world_.snapshot().states;
@@ -232,6 +236,13 @@ class Episode {
       options_.times->tick_us.push_back(arm.tick_us);
       options_.times->rollout_us += arm.search_us;
     }
+  }
+
+  void log_moment(double now) const {
+    if (options_.log == nullptr) return;
+    std::vector<JointState> measured;
+    for (const SimulatedArm& arm : arms_) measured.push_back({arm.drive.q(), arm.drive.qd()});
+    options_.log->publish({now, measured, world_.snapshot(), world_.contact_monitor().report()});
   }
 
   /// There is no network between a planner and its own driver and sensors. The drive gets each set-point at once.
@@ -261,7 +272,7 @@ class Episode {
     spent = timed ? processor_us() : 0.0;
     arm.searches.ask(planner.plan_ahead(inputs, arm.result), search_scene_.obstacles);
     if (timed) arm.search_us += processor_us() - spent;
-    if (options_.record) options_.record({i, arm.options, arm.events, inputs, arm.result, planner, now});
+    if (options_.log != nullptr) options_.log->plan({i, arm.options, arm.events, inputs, arm.result, planner, now});
     arm.events = {};
     arm.drive.command(arm.result.q, arm.result.qd, cell_.timing.control_period);
   }

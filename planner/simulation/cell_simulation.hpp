@@ -59,6 +59,32 @@ struct PlannerPeriod {
   double time = 0.0;          ///< beginning of the period, virtual [s]
 };
 
+/// What all drivers and the world publish at one instant. Valid during the callback.
+struct CellMoment {
+  double time = 0.0;                 ///< virtual [s]
+  std::span<const JointState> arms;  ///< measured, one per arm
+  const world::ObstacleSnapshot& obstacles;
+  const world::ContactReport& contacts;
+};
+
+/// Receives all that happens in an episode, and changes nothing in it.
+class EpisodeLog {
+ public:
+  EpisodeLog() = default;
+  virtual ~EpisodeLog() = default;
+  EpisodeLog(const EpisodeLog&) = delete;
+  EpisodeLog& operator=(const EpisodeLog&) = delete;
+
+  /// Before the first period. `goals`: one per arm.
+  virtual void begin(const CellConfiguration& goals) = 0;
+  /// At the beginning of each period, and once at the end of the episode.
+  virtual void publish(const CellMoment& moment) = 0;
+  /// In each period of each planner, after publish(). With several threads, calls for different arms are concurrent.
+  virtual void plan(const PlannerPeriod& period) = 0;
+  /// After the last publish().
+  virtual void end(const EpisodeOutcome& outcome) = 0;
+};
+
 struct EpisodeOptions {
   NetworkParameters network;
   double world_time = 0.0;  ///< initial time of scripted motions [s]
@@ -67,8 +93,7 @@ struct EpisodeOptions {
   ComputingTimes* times = nullptr;  ///< times are added here; null: not measured
   /// Called after every period with the virtual time [s], the measured configurations and the planners; may be empty.
   std::function<void(double, const CellConfiguration&, std::span<const ArmPlanner>)> observe;
-  /// Called in every period of every planner; may be empty. With several threads, calls are concurrent.
-  std::function<void(const PlannerPeriod&)> record;
+  EpisodeLog* log = nullptr;  ///< null: none
   /// Called after every period; true ends the episode early. May be empty.
   std::function<bool()> ended;
 };

@@ -1,6 +1,8 @@
 /// hecaton bag info|export: what a recording contains, and its messages as CSV.
 
+#include <array>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -54,6 +56,19 @@ std::string size_text(std::uint64_t bytes) {
   return size < kMegabytes ? decimal_text(size * 1e-3, 0) + " kB" : bytes_text(size);
 }
 
+/// "2026-11-28T14:05:20.123Z"
+std::string utc_text(std::uint64_t nanoseconds) {
+  const auto seconds = static_cast<std::time_t>(nanoseconds / 1'000'000'000U);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 32> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::array<char, 8> milliseconds{};
+  std::snprintf(milliseconds.data(), milliseconds.size(), ".%03uZ",
+                static_cast<unsigned>(nanoseconds / 1'000'000U % 1'000U));
+  return std::string(date.data()) + milliseconds.data();
+}
+
 Json info_json(const recorder::BagInfo& info) {
   Json topics = Json::array();
   for (const auto& [name, topic] : info.topics) {
@@ -76,7 +91,9 @@ Json info_json(const recorder::BagInfo& info) {
   return {{"cell", info.cell ? Json(*info.cell) : Json(nullptr)},
           {"bytes", info.file.bytes},
           {"messages", info.file.messages},
+          {"start", info.simulated ? Json(nullptr) : Json(utc_text(info.first))},
           {"duration_s", info.duration()},
+          {"simulated", info.simulated},
           {"first_ns", info.first},
           {"last_ns", info.last},
           {"whole", info.file.whole()},
@@ -96,7 +113,8 @@ std::string losses_text(const recorder::BagInfo& info) {
 }
 
 std::string info_text(const recorder::BagInfo& info) {
-  std::string text = "cell " + info.cell.value_or("unknown") + ", " + duration_text(info.duration()) + ", " +
+  const std::string when = info.simulated ? " of virtual time" : " from " + utc_text(info.first);
+  std::string text = "cell " + info.cell.value_or("unknown") + ", " + duration_text(info.duration()) + when + ", " +
                      std::to_string(info.file.messages) + " messages, " + size_text(info.file.bytes) + "\n";
   Table table({{"topic"}, {"messages", Align::kRight}, {"rate", Align::kRight}, {"size", Align::kRight}, {"writers"}});
   for (const auto& [name, topic] : info.topics) {

@@ -13,7 +13,6 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/episode_recorder.hpp"
 #include "services/cli/plots.hpp"
-#include "services/cli/simulation_recording.hpp"
 #include "services/cli/task_report.hpp"
 #include "services/command_line/long_work.hpp"
 #include "services/command_line/options.hpp"
@@ -21,6 +20,7 @@
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
+#include "services/simulation_recording/simulation_recording.hpp"
 #include "services/tick_log/cell_changes.hpp"
 
 namespace hecaton::services::cli {
@@ -136,6 +136,26 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   return report;
 }
 
+void begin_recording(std::optional<SimulationRecording>& recording, const Options& options,
+                     const config::CellFile& file) {
+  try {
+    recording.emplace(options.record, file, options.changes);
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kBadInput, std::string("--record: ") + error.what());
+  }
+}
+
+void finish_recording(SimulationRecording& recording, const std::string& path) {
+  try {
+    recording.finish();
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kBadInput, std::string("--record: ") + error.what());
+  }
+  std::fprintf(stderr, "%llu messages, %llu of them ticks of planners, in %s\n",
+               static_cast<unsigned long long>(recording.messages()),
+               static_cast<unsigned long long>(recording.ticks()), config::valid_utf8(path).c_str());
+}
+
 ExitCode run(const Settings& settings, const Options& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   require_tasks(file);
@@ -153,7 +173,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (!options.plot.empty()) plotter.emplace(options.plot, cell);
   std::optional<SimulationRecording> recording;
   const bool records_all = options.record.ends_with(".mcap");
-  if (records_all) recording.emplace(options.record, file, options.changes);
+  if (records_all) begin_recording(recording, options, file);
   if (!options.record.empty() && !records_all) recorder.emplace(options.record);
   if (plotter || recorder) {
     batch_options.observe_first = [&plotter, &recorder](const planner::EpisodeMoment& moment) {
@@ -163,9 +183,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   }
   BatchWatch watch(cell, batch_options);
   if (recording) {
-    batch_options.record = [&recording](int episode, const planner::Cell& simulated) {
-      return recording->record_episode(episode, simulated);
-    };
+    batch_options.log = &*recording;
     batch_options.ended = [&recording, ended = batch_options.ended] { return ended() || recording->failed(); };
   }
   planner::BatchReport batch = planner::simulate_tasks(cell, batch_options);
@@ -173,11 +191,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (plotter && plotter->failure()) throw Failure(ExitCode::kBadInput, *plotter->failure());
   if (plotter) std::fprintf(stderr, "%d plots in %s\n", plotter->plots(), config::valid_utf8(options.plot).c_str());
   if (recorder) recorder->finish();
-  if (recording) {
-    recording->finish();
-    std::fprintf(stderr, "%llu ticks in %s\n", static_cast<unsigned long long>(recording->ticks()),
-                 config::valid_utf8(options.record).c_str());
-  }
+  if (recording) finish_recording(*recording, options.record);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0 && !batch.ended_early) {
     throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
@@ -249,9 +263,10 @@ void add_simulate(CLI::App& app, Session& session) {
           "plot the first episode into this folder, as SVG: workspace, and C-space or field of methods that have one")
       ->type_name("DIR");
   command
-      ->add_option("--record", options->record,
-                   "FILE.mcap: record each tick of all episodes, for `replay FILE --verify`; another file: the first "
-                   "episode, a line of JSON each 50 ms")
+      ->add_option(
+          "--record", options->record,
+          "FILE.mcap: record all episodes as `record` does a running cell, for `replay`, `render`, `explain` and "
+          "`bag`; another file: the first episode, a line of JSON each 50 ms")
       ->type_name("FILE");
   command->add_flag("--timing", batch.measure_ticks,
                     "measure ticks and rollouts: fills tick_us and rollouts.us, which differ between runs");

@@ -7,6 +7,7 @@
 #include "planner/goal_check.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/model/kinematics.hpp"
+#include "services/planner/live_planner.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 
@@ -164,7 +165,7 @@ void ArrivalCheck::judge(bool set_point_there, const std::string& error, const s
 }
 
 std::optional<Progress> ProgressReporter::report(const Period& period) {
-  const planner::ArmController& controller = period.planner.planner().controller();
+  const planner::ArmController& controller = period.planner.controller();
   const bool missing_input = period.hold && is_missing_input(*period.hold);
   const bool starved =
       missing_input || (period.planned && period.planned->result.status == planner::TickStatus::kStaleInput);
@@ -173,31 +174,30 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
 
   Progress progress;
   if (period.planned) {
-    const auto& [inputs, result] = *period.planned;
-    const ArmView::ReceivedState& own = *period.planner.own_arm();
+    const auto& [inputs, result, q, drive] = *period.planned;
     progress =
         explain(result, controller.goal_progress(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
     const bool blocked = result.status == planner::TickStatus::kBlocked && !result.has_binding;
     if (blocked && controller.guide() != nullptr) {
-      if (auto why = controller.guide()->no_path_reason(own.q)) progress.cause.text(std::move(*why));
+      if (auto why = controller.guide()->no_path_reason(q)) progress.cause.text(std::move(*why));
       progress.recovery_action = "waits for a path";
     }
-    if (period.planner.planner().awaiting_rollout()) {
+    if (period.planner.awaiting_rollout()) {
       progress.recovery_action += progress.recovery_action.empty() ? "runs rollouts" : ", runs rollouts";
     }
     const planner::Arm& arm = controller.geometry().own_arm();
-    progress.distance = planner::joint_difference(arm.limits, own.q, *period.q_goal).norm();
-    if (period.tool != nullptr) progress.tool_error = measured_error(arm, own.q, *period.tool);
+    progress.distance = planner::joint_difference(arm.limits, q, *period.q_goal).norm();
+    if (period.tool != nullptr) progress.tool_error = measured_error(arm, q, *period.tool);
     const bool set_point_there = result.status == planner::TickStatus::kReached;
     const double tolerance = controller.parameters().goal_tolerance;
     arrival_.judge(set_point_there,
-                   set_point_there ? planner::error_at_goal(arm, own.q, *period.q_goal, tolerance, period.tool) : "",
+                   set_point_there ? planner::error_at_goal(arm, q, *period.q_goal, tolerance, period.tool) : "",
                    arm.name, controller.control_period(), progress);
     // A driver that has just started has received no command.
-    const bool follows = is_none(own.cause) || own.cause.kind() == CauseKind::CAUSE_STARTING;
+    const bool follows = is_none(drive) || drive.kind() == CauseKind::CAUSE_STARTING;
     if (!follows && !period.hold && !starved) {
-      progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, period.planner.name(),
-                                  "the drive does not follow: " + own.cause.text());
+      progress.cause =
+          make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm.name, "the drive does not follow: " + drive.text());
     }
   } else {
     if (period.hold) progress.cause = *period.hold;

@@ -5,10 +5,10 @@
 #include <span>
 #include <string>
 
+#include "planner/arm_planner/arm_planner.hpp"
 #include "planner/goal_progress.hpp"
 #include "planner/tick.hpp"
 #include "services/planner/goal_manager.hpp"
-#include "services/planner/live_planner.hpp"
 
 namespace hecaton::services {
 
@@ -33,9 +33,16 @@ class ArrivalCheck {
 /// The progress of the active goal, for GoalManager::progress().
 class ProgressReporter {
  public:
+  /// What the planner read, and its result.
+  struct Planned {
+    const planner::PeriodInputs& inputs;
+    const planner::TickResult& result;
+    const planner::JointVector& q;  ///< measured [rad | m]
+    const msg::Cause& drive;        ///< why the drive does not follow commands
+  };
   struct Period {
-    const LivePlanner& planner;
-    const std::optional<LivePlanner::PlannedPeriod>& planned;  ///< empty: no fresh state of the arm
+    const planner::ArmPlanner& planner;
+    const std::optional<Planned>& planned;  ///< empty: no fresh state of the arm
     const std::optional<msg::Cause>& hold;
     const planner::JointVector* q_goal = nullptr;  ///< of the active goal; null: there is none
     const planner::ToolGoal* tool = nullptr;       ///< of the active goal; null: it is no pose goal

@@ -6,6 +6,7 @@
 
 #include "planner/model/fnv1a.hpp"
 #include "services/messages/names.hpp"
+#include "services/planner/coordination_messages.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
@@ -123,29 +124,18 @@ void CoordinationPublisher::publish(const std::shared_ptr<const planner::Coupled
 
 // The bus logs a failed write. Without the message other arms do not join, or leave after a wait.
 void CoordinationPublisher::write_proposal() {
-  msg::CoupledPlan message;
+  msg::CoupledPlan message = coupled_plan_message(proposal_.get(), arms_);
   message.arm(arms_[self_]);
   message.node(node_);
   message.stamp_ns(stamp_now());
-  if (proposal_) {
-    message.number(proposal_->number);
-    for (const int arm : proposal_->arms) message.arms().push_back(arms_[arm]);
-    message.points(static_cast<std::uint32_t>(proposal_->points.size()));
-    for (const auto& point : proposal_->points) {
-      for (const planner::JointVector& q : point) message.q().insert(message.q().end(), q.begin(), q.end());
-    }
-  }
   (void)proposal_writer_.write(message);
 }
 
 void CoordinationPublisher::write_progress() {
-  msg::CoupledPlanProgress message;
+  msg::CoupledPlanProgress message = progress_message(progress_, arms_);
   message.arm(arms_[self_]);
   message.node(node_);
   message.stamp_ns(stamp_now());
-  if (progress_.proposer >= 0) message.proposer(arms_[progress_.proposer]);
-  message.number(progress_.number);
-  message.reached(progress_.reached);
   (void)progress_writer_.write(message);
 }
 
@@ -281,8 +271,12 @@ void PlannerService::plan(Clock::time_point now) {
       publishers_.coordination.resign();
     }
   }
-  const auto progress = reporter_.report({.planner = planner_,
-                                          .planned = planned,
+  const auto reported = planned
+                            ? std::optional(ProgressReporter::Planned{planned->inputs, planned->result,
+                                                                      planner_.own_arm()->q, planner_.own_arm()->cause})
+                            : std::nullopt;
+  const auto progress = reporter_.report({.planner = planner_.planner(),
+                                          .planned = reported,
                                           .hold = hold_,
                                           .q_goal = goals_.has_active() ? &goals_.q_goal() : nullptr,
                                           .tool = goals_.has_active() ? goals_.tool() : nullptr});

@@ -185,6 +185,7 @@ BagInfo bag_info(const std::string& path) {
       topic.nodes.insert(node->second);
   };
   const auto take_attachment = [&info](const McapAttachment& attachment) {
+    info.simulated = info.simulated || attachment.name == Recording::kSimulation;
     info.attachments.push_back({attachment.name, attachment.media_type, attachment.data.size()});
   };
   info.file = read_mcap(path, {take_message, take_attachment});

@@ -38,6 +38,7 @@ struct BagInfo {
   bool has_losses = false;                    ///< the recorder has reported them
   std::uint64_t first = 0;                    ///< log time of topics, without repeated messages [ns]
   std::uint64_t last = 0;                     ///< the same
+  bool simulated = false;                     ///< its times are virtual, from 0
 
   [[nodiscard]] double duration() const;  ///< [s]
 };

@@ -52,6 +52,8 @@ class Recording {
  public:
   static constexpr std::chrono::seconds kFlush{1};    ///< a sample is on the disk after this time at most
   static constexpr std::size_t kMostChannels = 4096;  ///< further writers of a file share a channel of their topic
+  /// Name of the attachment that a recording of a simulation has.
+  static constexpr std::string_view kSimulation = "simulation.json";
   static constexpr std::string_view kReport = "recorder/report";        ///< JSON: figures and losses so far
   static constexpr std::string_view kWithdrawn = "recorder/withdrawn";  ///< JSON: keys that writers have retired
 

@@ -14,6 +14,7 @@
 
 #include "services/bus/recorded_sample.hpp"
 #include "services/recorder/mcap_reader.hpp"
+#include "services/recorder/recording.hpp"
 #include "services/tick_log/cell_changes.hpp"
 #include "services/tick_log/program.hpp"
 #include "services/tick_log/tick_reader.hpp"
@@ -41,22 +42,37 @@ std::optional<std::size_t> first_difference(const std::vector<double>& recorded,
   return std::nullopt;
 }
 
+/// A set-point that was sent.
+struct SentSetPoint {
+  std::string process;       ///< of the planner
+  std::uint64_t number = 0;  ///< grows as long as the planner lives
+  bool operator==(const SentSetPoint&) const = default;
+};
+
 /// Set-points of ticks and of commands that wait for each other: they come on two topics.
 class CommandComparison {
  public:
   /// `what`: q, then q̇.
-  void tick(const std::string& key, std::vector<double> what, ArmVerification& report) {
+  void tick(const SentSetPoint& key, std::vector<double> what, ArmVerification& report) {
     match(ticks_, commands_, key, std::move(what), report);
   }
-  void command(const std::string& key, std::vector<double> what, ArmVerification& report) {
+  void command(const SentSetPoint& key, std::vector<double> what, ArmVerification& report) {
     match(commands_, ticks_, key, std::move(what), report);
+  }
+  /// A new planner of this process sends its first set-point: numbers begin anew, as in each episode of a simulation.
+  void begin_anew(const SentSetPoint& first) {
+    const auto is_former = [&](const auto& waiting) {
+      return waiting.first.process == first.process && waiting.first.number > first.number;
+    };
+    std::erase_if(ticks_, is_former);
+    std::erase_if(commands_, is_former);
   }
 
  private:
   static constexpr std::size_t kMostWaiting = 512;
-  using Waiting = std::deque<std::pair<std::string, std::vector<double>>>;
+  using Waiting = std::deque<std::pair<SentSetPoint, std::vector<double>>>;
 
-  static void match(Waiting& own, Waiting& other, const std::string& key, std::vector<double> what,
+  static void match(Waiting& own, Waiting& other, const SentSetPoint& key, std::vector<double> what,
                     ArmVerification& report) {
     const auto found = std::find_if(other.begin(), other.end(), [&](const auto& entry) { return entry.first == key; });
     if (found == other.end()) {
@@ -227,9 +243,11 @@ class Verifier {
     }
     Stream& stream = streams_.try_emplace({arm, writer_of(message)}, cell_, arm).first->second;
     stream.take(tick, seconds(message.log_time), report);
-    const std::string key = set_point_of(message, tick.number());
-    if (key.empty() || !tick.planned()) return;
-    commands_[static_cast<std::size_t>(arm)].tick(key, joined(tick.q(), tick.qd()), report);
+    const auto key = set_point_of(message, tick.number());
+    if (!key) return;
+    CommandComparison& commands = commands_[static_cast<std::size_t>(arm)];
+    if (tick.snapshot() && tick.memory().empty()) commands.begin_anew(*key);
+    if (tick.planned()) commands.tick(*key, joined(tick.q(), tick.qd()), report);
   }
 
   void take_command(const McapMessage& message) {
@@ -238,9 +256,9 @@ class Verifier {
     const msg::ArmCommand& command = *decoded.value;
     const int arm = index_of(command.arm());
     if (arm < 0) return;
-    const std::string key = set_point_of(message, command.sequence_number());
-    if (key.empty()) return;
-    commands_[static_cast<std::size_t>(arm)].command(key, joined(command.q(), command.qd()),
+    const auto key = set_point_of(message, command.sequence_number());
+    if (!key) return;
+    commands_[static_cast<std::size_t>(arm)].command(*key, joined(command.q(), command.qd()),
                                                      result_.arms[static_cast<std::size_t>(arm)]);
   }
 
@@ -248,13 +266,13 @@ class Verifier {
     const auto writer = message.channel->metadata.find("writer");
     return writer == message.channel->metadata.end() ? std::string() : writer->second;
   }
-  /// The process of the planner and the number of the set-point, which grows as long as the process lives. Empty: the
-  /// writer is unknown, or the set-point was not sent.
-  static std::string set_point_of(const McapMessage& message, std::uint64_t number) {
+  /// Empty: the writer is unknown, or the set-point was not sent.
+  static std::optional<SentSetPoint> set_point_of(const McapMessage& message, std::uint64_t number) {
     constexpr std::size_t kProcess = 24;  // digits
-    const std::string process = writer_of(message).substr(0, kProcess);
+    std::string process = writer_of(message).substr(0, kProcess);
     const bool known = process.find_first_not_of('0') != std::string::npos;
-    return known && number > 0 ? process + "/" + std::to_string(number) : std::string();
+    if (!known || number == 0) return std::nullopt;
+    return SentSetPoint{std::move(process), number};
   }
   static std::vector<double> joined(std::vector<double> q, const std::vector<double>& qd) {
     q.insert(q.end(), qd.begin(), qd.end());
@@ -279,7 +297,7 @@ void apply_changes(const std::string& path, planner::Cell& cell) {
   std::optional<std::string> text;
   recorder::McapVisitor visitor;
   visitor.attachment = [&](const recorder::McapAttachment& file) {
-    if (file.name == CellChanges::kAttachment) text = std::string(file.data.begin(), file.data.end());
+    if (file.name == recorder::Recording::kSimulation) text = std::string(file.data.begin(), file.data.end());
   };
   visitor.chunk = [](std::uint64_t) { return false; };
   recorder::read_mcap(path, visitor);

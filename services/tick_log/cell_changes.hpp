@@ -11,9 +11,6 @@
 namespace hecaton::services {
 
 struct CellChanges {
-  /// Name of the attachment that holds the changes in a recording.
-  static constexpr std::string_view kAttachment = "simulation.json";
-
   std::string method = {};  ///< of all arms; empty: as the cell file says
   int rollouts = -1;        ///< candidates; −1: as the cell file says
   bool no_routes = false;   ///< no routes and no coupled plans

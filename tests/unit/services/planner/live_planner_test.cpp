@@ -37,6 +37,31 @@ struct Recording {
   std::vector<Period> periods;
 };
 
+/// Keeps the periods of all planners.
+class PeriodLog : public planner::EpisodeLog {
+ public:
+  explicit PeriodLog(std::array<Recording, kArms>& recordings) : recordings_(recordings) {}
+
+  void begin(const planner::CellConfiguration& /*goals*/) override {}
+  void publish(const planner::CellMoment& /*moment*/) override {}
+  void plan(const planner::PlannerPeriod& period) override {
+    Recording& recording = recordings_[period.arm];
+    recording.options = period.options;
+    Period& now =
+        recording.periods.emplace_back(Period{period.events.goal,
+                                              period.inputs,
+                                              {period.inputs.arms.begin(), period.inputs.arms.end()},
+                                              {period.inputs.obstacles.begin(), period.inputs.obstacles.end()},
+                                              period.result});
+    now.inputs.arms = {};
+    now.inputs.obstacles = {};
+  }
+  void end(const planner::EpisodeOutcome& /*outcome*/) override {}
+
+ private:
+  std::array<Recording, kArms>& recordings_;
+};
+
 /// Three balls reverse their order in a corridor, on states that are delayed and lost.
 struct Episode {
   planner::Cell cell = test::corridor(kArms, -1.2, 2.0);
@@ -53,18 +78,8 @@ struct Episode {
     }
     planner::EpisodeOptions options;
     options.network = {.age = 2.0 * kPeriod, .jitter = kPeriod, .loss = 0.1};
-    options.record = [this](const planner::PlannerPeriod& period) {
-      Recording& recording = recordings[period.arm];
-      recording.options = period.options;
-      Period& now =
-          recording.periods.emplace_back(Period{period.events.goal,
-                                                period.inputs,
-                                                {period.inputs.arms.begin(), period.inputs.arms.end()},
-                                                {period.inputs.obstacles.begin(), period.inputs.obstacles.end()},
-                                                period.result});
-      now.inputs.arms = {};
-      now.inputs.obstacles = {};
-    };
+    PeriodLog log(recordings);
+    options.log = &log;
     outcome = simulate_episode(cell, starts, goals, options);
   }
 };
