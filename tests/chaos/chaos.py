@@ -569,6 +569,8 @@ def work(hosts, hecaton, setting, options, ends):
     chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options, ends)
     run_cell(cell, chaos, options)
     chaos.lateness.end()
+    if options.record:
+        say(cell.end_recording())
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
     code = judge(chaos, ended)
@@ -579,6 +581,8 @@ def run_cell(cell, chaos, options):
     """An error of this program keeps the findings so far."""
     try:
         cell.start()
+        if options.record:
+            cell.record(options.record)
         if chaos.begin():
             chaos.run_all(options)
         chaos.look_for_contacts()

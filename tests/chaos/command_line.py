@@ -50,6 +50,8 @@ def parser_of(description):
     add_choices(parser)
     parser.add_argument("-o", "--output", choices=("table", "json", "yaml"), default="json", help="output format (json)")
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the report to this file, as JSON")
+    parser.add_argument("--record", type=pathlib.Path, metavar="FILE",
+                        help="record the cell into this file (.mcap), for hecaton replay --verify and explain; an existing file stays")
     parser.add_argument("--logs", type=pathlib.Path, metavar="DIR", help="folder of the hosts' logs (a new one)")
     # Folder of Hecaton's programs; the launcher sets it.
     parser.add_argument("--programs", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
@@ -93,6 +95,7 @@ def parse(words, description):
     options.only = options.only or KINDS
     options.of = options.of or [""]
     require_report(options.report)
+    require_recording(options.record)
     return options
 
 
@@ -103,6 +106,11 @@ def require_report(file):
         raise BadInput(f"--report = '{file}' must be a file in a folder that exists")
     if not os.access(file if file.exists() else file.parent, os.W_OK):
         raise BadInput(f"--report = '{file}' must be a file that can be written")
+
+
+def require_recording(file):
+    if file and (file.suffix != ".mcap" or file.exists() or not file.parent.is_dir() or not os.access(file.parent, os.W_OK)):
+        raise BadInput(f"--record = '{file}' must be a new file that ends in .mcap, in a folder that can be written")
 
 
 class CommandLineTest(unittest.TestCase):
@@ -117,7 +125,8 @@ class CommandLineTest(unittest.TestCase):
     def test_invalid_value_is_bad_input(self):
         for words in (("--duration", "90"), ("--duration", "0s"), ("--soak", "30"), ("--faults", "0"),
                       ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--timeout-scale", "0"), ("--findings", "0"),
-                      ("--report", "/no/such/folder/report"), ("--report", "/")):
+                      ("--report", "/no/such/folder/report"), ("--report", "/"), ("--record", "/no/such/folder/run.mcap"),
+                      ("--record", "run.txt")):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)
 

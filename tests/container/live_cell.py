@@ -27,6 +27,7 @@ class LiveCell:
         self._logs = logs
         self._agents = {}
         self._watch = None
+        self._recorder = None
         self._status = None
         self._faults = {}
         self._logs_began = {}  # bytes, by host: start of this cell's lines
@@ -190,6 +191,15 @@ class LiveCell:
             unknown = f"ArmState/{lost}" in waits_for or f"arm {lost} was lost" in waits_for
             return goal.poll() is not None or unknown or str(binding.get("other", "")).startswith(f"{lost}/")
         self.wait_for(f"arm {arm} continues or waits for a state of {lost}", settled)
+
+    def record(self, file):
+        """Records the cell from the operator's machine until end_recording()."""
+        self._recorder = self._ask("record", "-o", str(file), stderr=subprocess.STDOUT)
+
+    def end_recording(self):
+        """Returns what the recorder has said."""
+        self._recorder.send_signal(signal.SIGINT)
+        return self._recorder.communicate()[0].strip()
 
     def stop(self):
         """Ends the agents and with them all services; returns their exit codes by host. Kills an agent that hangs."""
