@@ -33,6 +33,12 @@ std::string millimetres_text(double metres) {
   return number_text(metres * 1e3, "%.0f") + " mm";
 }
 
+/// " [goal_unreachable]", " [path_blocked, post]": for programs.
+std::string kind_of(const msg::Cause& cause) {
+  const std::string subject = cause.subject().empty() ? "" : ", " + cause.subject();
+  return " [" + std::string(cause_name(cause.kind())) + subject + "]";
+}
+
 void say_mode(const CellState& cell, const std::string& arm, Sentences& sentences) {
   const CellModeView& mode = cell.mode();
   if (!mode.heard()) {
@@ -62,10 +68,7 @@ void say_motion(const CellState& cell, const std::string& arm, bus::Clock::time_
   }
   const msg::Cause waiting = cell.waiting_for(arm, now);
   if (is_none(waiting)) return;
-  std::string sentence = arm + " waits for: " + waiting.text();
-  sentence += " [" + std::string(cause_name(waiting.kind())) + (waiting.subject().empty() ? "" : ", ") +
-              waiting.subject() + "]";
-  sentences.push_back(sentence + ".");
+  sentences.push_back(arm + " waits for: " + waiting.text() + kind_of(waiting) + ".");
 }
 
 double security_distance(const CellState& cell, const std::string& arm) {
@@ -85,7 +88,7 @@ void say_goal(const CellState& cell, const std::string& arm, Sentences& sentence
   std::string sentence = "Goal " + status.goal() + " is " + text(status.state()) + ", " +
                          number_text(status.distance_to_goal()) + " rad or m to go, " +
                          number_text(status.elapsed(), "%.1f") + " s after " + status.node() + " accepted it";
-  if (!is_none(status.cause())) sentence += ": " + status.cause().text();
+  if (!is_none(status.cause())) sentence += ": " + status.cause().text() + kind_of(status.cause());
   sentences.push_back(sentence + ".");
   if (is_final(status.state())) return;
   if (status.has_binding()) {
@@ -133,8 +136,7 @@ void say_inputs(const CellState& cell, const std::string& arm, bus::Clock::time_
 void say_faults(const CellState& cell, Sentences& sentences) {
   for (const auto& [id, fault] : cell.faults().all()) {
     if (fault.cleared()) continue;
-    sentences.push_back("Fault " + id + " is open: " + fault.cause().text() + " [" +
-                        std::string(cause_name(fault.cause().kind())) + ", " + fault.cause().subject() + "].");
+    sentences.push_back("Fault " + id + " is open: " + fault.cause().text() + kind_of(fault.cause()) + ".");
   }
 }
 
