@@ -18,6 +18,7 @@
 #include "services/bus/recorded_sample.hpp"
 #include "services/command_line/document.hpp"
 #include "services/recorder/mcap_reader.hpp"
+#include "services/recorder/mcap_writer.hpp"
 #include "services/runtime/cause.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
@@ -221,6 +222,23 @@ TEST(SimulatedRecordings, ReplaceTheObstaclesOfTheEpisodeBefore) {
   EXPECT_TRUE(recorder::read_mcap(path, visitor).whole());
   EXPECT_FALSE(shapes.empty());
   for (const auto& [name, different] : shapes) EXPECT_EQ(different.size(), 3U) << name;
+}
+
+TEST(BagInfo, PrintsWhenTheRecordingBegins) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("run.mcap");
+  recorder::McapWriter writer(path, "hecaton");
+  const std::uint16_t channel = writer.add_channel(0, "topic", "json", {});
+  const std::vector<std::uint8_t> data{'1'};
+  for (const std::uint64_t time : {1795874720'123'456'789U, 1795874722'123'456'789U}) {
+    writer.write({.channel = channel, .log_time = time, .publish_time = time, .data = data});
+  }
+  writer.close();
+  const Json info = Json::parse(run_line({"bag", "info", path, "-o", "json"}).out);
+  EXPECT_EQ(info.at("start"), "2026-11-28T14:05:20.123Z");
+  EXPECT_EQ(info.at("simulated"), false);
+  EXPECT_NE(run_line({"bag", "info", path}).out.find(" s from 2026-11-28T14:05:20.123Z, 2 messages"),
+            std::string::npos);
 }
 
 }  // namespace
