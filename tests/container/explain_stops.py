@@ -30,6 +30,7 @@ EDITS = 10  # largest number of tries
 CENTRE = ("0", "0", "0.75")  # [m] within reach of all arms
 STANDS = 1e-3  # [rad/s] of the fastest joint
 CAUSE = re.compile(r"\[(\w+)(?:, ([^\]]*))?\]\.$")
+BINDING = re.compile(r" and (\S+) bound its motion: ")
 
 
 class Stop:
@@ -339,14 +340,15 @@ def drawn(rng, arms, options):
 
 
 def explained(hecaton, recording, arm, at):
-    """What `hecaton explain` says, and the (kind, subject) of its sentences about the stop and the goal."""
+    """What `hecaton explain` says, and the (kind, subject) of its sentences about the stop, the goal, and the body in the way."""
     done = subprocess.run([hecaton, "explain", recording, "--arm", arm, "--at", f"{at:.3f}", "-o", "json"],
                           capture_output=True, text=True)
     if done.returncode != 0:
         return [done.stderr], []
     sentences = json.loads(done.stdout)["sentences"]
     about = [sentence for sentence in sentences if sentence.startswith((f"{arm} waits for", "Goal "))]
-    return sentences, [(found[1], found[2] or "") for found in map(CAUSE.search, about) if found]
+    causes = [(found[1], found[2] or "") for found in map(CAUSE.search, about) if found]
+    return sentences, causes + [("path_blocked", found[1]) for found in map(BINDING.search, sentences) if found]
 
 
 def judge(stop, causes):
