@@ -1,12 +1,9 @@
 #pragma once
-/// The problems of MotionBenchMaker, from a folder that the command line names.
-
-#include <string>
+/// P5: RRT-Connect for a robot loaded at run time on MotionBenchMaker's problems [Chamzas21], beside OMPL and FCL.
 
 namespace hecaton::bench {
 
-/// Registers the benchmark `motionbenchmaker/FAMILY` for every folder with pairs of sceneNNNN.yaml and
-/// requestNNNN.yaml below `problems`, and `motionbenchmaker/all`. Throws when a file cannot be read.
-void register_motionbenchmaker(const std::string& urdf, const std::string& srdf, const std::string& problems);
+/// Runs `hecaton-bench-plan motionbenchmaker`: `words` are its own name and arguments. Returns the exit code.
+[[nodiscard]] int run_motionbenchmaker(int count, const char* const* words);
 
 }  // namespace hecaton::bench

@@ -1,5 +1,6 @@
 #include "tests/bench/ompl_peer.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include <ompl/base/ScopedState.h>
@@ -9,6 +10,7 @@
 #include <ompl/util/Console.h>
 
 #include "planner/global/plan.hpp"
+#include "tests/bench/timings.hpp"
 
 namespace hecaton::bench {
 namespace {
@@ -23,18 +25,25 @@ std::shared_ptr<ob::RealVectorStateSpace> make_space(const planner::global::Vali
   const auto space = std::make_shared<ob::RealVectorStateSpace>(box.dimensions);
   ob::RealVectorBounds bounds(box.dimensions);
   for (int j = 0; j < box.dimensions; ++j) {
-    bounds.setLow(j, box.lower[j]);
-    bounds.setHigh(j, box.upper[j]);
+    // The box is rounded to floats; an end at a limit must not be outside.
+    bounds.setLow(j, std::min({static_cast<double>(box.lower[j]), start[j], goal[j]}));
+    bounds.setHigh(j, std::max({static_cast<double>(box.upper[j]), start[j], goal[j]}));
   }
   space->setBounds(bounds);
   space->setLongestValidSegmentFraction(validity.options().step / space->getMaximumExtent());
   return space;
 }
 
+ob::PlannerTerminationCondition ended_after(double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  return ob::PlannerTerminationCondition([end] { return std::chrono::steady_clock::now() > end; });
+}
+
 }  // namespace
 
 OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclCollisionChecker& checker,
-                        const std::vector<double>& start, const std::vector<double>& goal, double seconds) {
+                        const std::vector<double>& start, const std::vector<double>& goal, double seconds,
+                        OmplShortening shortening) {
   ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
   const auto space = make_space(validity, start, goal);
   og::SimpleSetup setup(space);
@@ -50,11 +59,13 @@ OmplPlan plan_with_ompl(const planner::global::Validity& validity, test::FclColl
   setup.setStartAndGoalStates(from, to);
   const auto planner = std::make_shared<og::RRTConnect>(setup.getSpaceInformation());
   setup.setPlanner(planner);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  const ob::PlannerTerminationCondition ended([end] { return std::chrono::steady_clock::now() > end; });
   OmplPlan plan;
-  plan.solved = setup.solve(ended) == ob::PlannerStatus::EXACT_SOLUTION;
+  plan.plan_us = processor_time_once(
+      [&] { plan.solved = setup.solve(ended_after(seconds)) == ob::PlannerStatus::EXACT_SOLUTION; });
   if (!plan.solved) return plan;
+  if (shortening == OmplShortening::kSimplify) {
+    plan.simplify_us = processor_time_once([&] { setup.simplifySolution(ended_after(seconds)); });
+  }
   for (const ob::State* state : setup.getSolutionPath().getStates()) {
     const double* values = state->as<ob::RealVectorStateSpace::StateType>()->values;
     plan.path.emplace_back(values, values + start.size());
