@@ -166,6 +166,9 @@ class Reader {
       throw std::runtime_error(first_request_ + ": has no goal for a joint that moves link " + in_quotes(tool) +
                                "; name another link with --tool-link");
     }
+    for (auto joint = first; joint != chain.end(); ++joint) {
+      if (!first_.goal.contains((*joint)->name)) refuse_missing(first_request_, "goal", (*joint)->name, tool);
+    }
     if (first != chain.begin()) options.base_link = (*first)->parent;
     for (const auto& [name, value] : first_.start) {
       const TreeJoint* joint = tree_.joint(name);
@@ -181,6 +184,12 @@ class Reader {
     return arm;
   }
 
+  [[noreturn]] static void refuse_missing(const std::string& file, const std::string& what, const std::string& joint,
+                                          const std::string& tool) {
+    throw std::runtime_error(file + ": has no " + what + " for joint " + in_quotes(joint) + ", which moves link " +
+                             in_quotes(tool) + "; name another link with --tool-link");
+  }
+
   [[nodiscard]] std::vector<double> ordered(const std::string& file, const std::string& what,
                                             const std::map<std::string, double>& positions) const {
     std::vector<double> q;
@@ -188,9 +197,7 @@ class Reader {
       for (const std::string& joint : arm.model->joint_names) {
         const auto found = positions.find(joint);
         if (found == positions.end()) {
-          throw std::runtime_error(file + ": has no " + what + " for joint " + in_quotes(joint) +
-                                   ", which moves link " + in_quotes(arm.model->links[arm.model->tool_link].name) +
-                                   "; name another link with --tool-link");
+          refuse_missing(file, what, joint, arm.model->links[arm.model->tool_link].name);
         }
         q.push_back(found->second);
       }
