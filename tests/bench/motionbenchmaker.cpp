@@ -484,11 +484,15 @@ int run_motionbenchmaker(int count, const char* const* words) {
       "the step.\npermissive: free here, and colliding in FCL. Exit codes: 0 done, 1 a problem with valid ends was not "
       "solved, or a\nproven path touches, or a check was permissive, 2 usage, 3 bad input, 130 interrupted by Ctrl-C "
       "(143: by SIGTERM), with\nthe problems that are finished.");
-  if (const auto code = services::parse_or_explain(app, count, words)) return static_cast<int>(*code);
+  try {
+    app.parse(count, words);
+  } catch (const CLI::ParseError& error) {
+    return static_cast<int>(app.exit(error) == 0 ? ExitCode::kDone : ExitCode::kUsage);
+  }
   try {
     return static_cast<int>(run(options));
   } catch (const std::exception& error) {
-    services::complain(error.what());
+    std::fprintf(stderr, "hecaton-bench-plan: %s\n", error.what());
     return static_cast<int>(ExitCode::kBadInput);
   }
 }
