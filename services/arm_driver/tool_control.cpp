@@ -170,12 +170,16 @@ void ToolControl::prepare(const ToolInputs& inputs) {
   if (grasping_.empty()) announce(inputs.now);
 }
 
-void ToolControl::announce(device::Clock::time_point now) {
+void ToolControl::include_target() {
   for (std::size_t i = 0; i < between_.size(); ++i) {
     if (!is_finger(i)) continue;
     between_[i].lower = std::min(between_[i].lower, target_[i]);
     between_[i].upper = std::max(between_[i].upper, target_[i]);
   }
+}
+
+void ToolControl::announce(device::Clock::time_point now) {
+  include_target();
   phase_ = Phase::kAnnouncing;
   since_ = now;
 }
@@ -360,10 +364,11 @@ void ToolControl::update(const ToolInputs& inputs) {
       if (moves_by_signals()) {
         // Without a measurement a finger that holds something is anywhere on its way.
         for (std::size_t i = 0; i < positions_.size(); ++i) {
-          if (is_finger(i)) positions_[i] = holding_.empty() ? std::optional(target_[i]) : std::nullopt;
+          if (is_finger(i)) positions_[i] = closing_ && !holding_.empty() ? std::nullopt : std::optional(target_[i]);
         }
       }
       settle();
+      if (!moves_by_signals()) include_target();
       if (closing_ || holding_.empty()) return finish({});
       releasing_ = std::exchange(holding_, {});
       remember();

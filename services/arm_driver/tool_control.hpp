@@ -79,6 +79,8 @@ class ToolControl {
   void read_device();
   void read_signals();
   void prepare(const ToolInputs& inputs);
+  /// The fingers may be at target_, too.
+  void include_target();
   void announce(device::Clock::time_point now);
   void finish(msg::Cause cause);
   void settle();
