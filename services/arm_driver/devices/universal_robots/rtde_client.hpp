@@ -39,7 +39,7 @@ struct RtdeSetup {
   std::string address;
   double frequency = 500.0;            ///< of data wanted [Hz]; a CB3 sends 125 Hz at most
   std::optional<double> speed_slider;  ///< to be set at the start, 0 to 1; empty: the client does not write it
-  std::vector<IoPort> ports;           ///< inputs and outputs to read, and the outputs to write
+  std::vector<IoPort> ports = {};      ///< inputs and outputs to read, and the outputs to write
 };
 
 /// The difference between this machine's clock and the robot's, from the quickest packages.
