@@ -3,11 +3,13 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planner/local/parameters.hpp"
 #include "planner/methods/motion_method.hpp"
 #include "planner/model/arm.hpp"
+#include "planner/model/outside_joints.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "world/model/scene.hpp"
 
@@ -92,6 +94,14 @@ struct Cell {
   std::vector<Arm> arms;
   for (const PlannedArm& planned : cell.arms) arms.push_back(planned.arm);
   return arms;
+}
+/// The cell for the planner of an arm in a running cell. States of the arms say where the bodies are that
+/// joints outside the chains move: these are left out. An arm that knows obstacles by its sensors only counts whole
+/// ranges.
+[[nodiscard]] inline Cell live_cell(Cell cell, int self) {
+  if (cell.arms[self].parameters.method->traits().sensor_only) return cell;
+  for (PlannedArm& planned : cell.arms) planned.arm.model = without_outside_bodies(std::move(planned.arm.model));
+  return cell;
 }
 [[nodiscard]] inline std::vector<std::string> names_of(const Cell& cell) {
   std::vector<std::string> names;

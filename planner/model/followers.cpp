@@ -11,6 +11,7 @@
 #include "planner/model/convex_hull.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/mesh_shape.hpp"
+#include "planner/model/outside_joints.hpp"
 #include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
 
@@ -41,33 +42,36 @@ std::vector<Eigen::Vector3d> enclosing_vertices(const world::Shape& shape) {
   return corners;
 }
 
-/// The places of one link that followers move.
+Pose motion(const MechanismStep& step, const std::vector<double>& q) {
+  if (!step.moves) return step.held;
+  const double position = step.multiplier * q[step.joint] + step.offset;
+  Pose X = step.X_PJ;
+  if (step.type == JointType::kPrismatic) {
+    X.translate(position * step.axis);
+  } else {
+    X.rotate(Eigen::AngleAxisd(position, step.axis));
+  }
+  return X;
+}
+
+std::set<int> joints_of(const std::vector<MechanismStep>& steps) {
+  std::set<int> joints;
+  for (const MechanismStep& step : steps) {
+    if (step.moves) joints.insert(step.joint);
+  }
+  return joints;
+}
+
+/// The places of a link of a mechanism, in the frame of the link that carries it.
 class Sweep {
  public:
-  Sweep(const std::vector<Follower>& followers, const std::vector<MotionRange>& ranges, const RobotModel& model,
-        int link)
-      : model_(model), ranges_(ranges) {
-    for (int i = link; i >= 0 && model.links[i].joint < 0; i = model.links[i].parent) {
-      const auto follower =
-          std::find_if(followers.begin(), followers.end(), [&](const Follower& one) { return one.link == i; });
-      path_.insert(path_.begin(), Step{i, follower == followers.end() ? nullptr : &*follower});
-    }
-    // Links before the first follower do not move with the mechanism.
-    const auto first =
-        std::find_if(path_.begin(), path_.end(), [](const Step& step) { return step.follower != nullptr; });
-    path_.erase(path_.begin(), first);
-    for (const Step& step : path_) {
-      if (step.follower != nullptr) joints_.insert(step.follower->joint);
-    }
-  }
+  /// `limits`: by MechanismStep::joint.
+  Sweep(const std::vector<MechanismStep>& steps, const std::vector<MotionRange>& limits)
+      : steps_(steps), limits_(limits), joints_(joints_of(steps)) {}
 
-  [[nodiscard]] bool moves() const { return !path_.empty(); }
-  [[nodiscard]] const std::set<int>& joints() const { return joints_; }
-
-  /// A polyhedron, in the link's frame, around all places of a shape of the link. Empty if it gets too far.
-  [[nodiscard]] std::optional<world::ConvexHull> around(const LinkGeometry& geometry) const {
-    std::vector<Eigen::Vector3d> corners = enclosing_vertices(geometry.shape);
-    for (Eigen::Vector3d& p : corners) p = geometry.X_LS * p;
+  [[nodiscard]] std::optional<world::ConvexHull> around(const world::Shape& shape, const Pose& X_LS) const {
+    std::vector<Eigen::Vector3d> corners = enclosing_vertices(shape);
+    for (Eigen::Vector3d& p : corners) p = X_LS * p;
     // Between two samples a point deviates from the straight line by at most δ² |p″| / 8. The
     // acceleration p″ has two parts: the squared sum of all rates times the greatest distance from a joint, and twice
     // the product of turning and sliding rates.
@@ -76,13 +80,12 @@ class Sweep {
     const std::vector<int> joints(joints_.begin(), joints_.end());
     const int count0 = samples(joints[0]);
     const int count1 = joints.size() > 1 ? samples(joints[1]) : 1;
-    Positions q(model_.joints() + ranges_.size(), 0.0);
-    const Pose X_LP = held_pose().inverse();
+    std::vector<double> q(limits_.size(), 0.0);
     for (int a = 0; a < count0; ++a) {
       q[joints[0]] = sample(joints[0], a, count0);
       for (int b = 0; b < count1; ++b) {
         if (joints.size() > 1) q[joints[1]] = sample(joints[1], b, count1);
-        const Pose X_PL = pose(q);
+        const Pose X_PL = place_of(steps_, q);
         for (const Eigen::Vector3d& p : corners) points.emplace_back(X_PL * p);
         lever = std::max(lever, greatest_lever(q, points, points.size() - corners.size()));
       }
@@ -98,7 +101,7 @@ class Sweep {
     std::vector<Eigen::Vector3d> widened;
     for (const Eigen::Vector3d& p : points) {
       for (const Eigen::Vector3d& corner : enclosing_vertices(world::Sphere{margin})) {
-        widened.emplace_back(X_LP * (p + corner));
+        widened.emplace_back(p + corner);
       }
     }
     const bool is_near = std::all_of(widened.begin(), widened.end(), [](const Eigen::Vector3d& p) {
@@ -110,42 +113,33 @@ class Sweep {
   }
 
  private:
-  using Positions = std::vector<double>;  ///< of the chain's joints, then of those with a range
-
-  struct Step {
-    int link;
-    const Follower* follower;  ///< null: fixed
-  };
-
   [[nodiscard]] double multiplier_sum(int joint) const {
     double sum = 0.0;
-    for (const Step& step : path_) {
-      if (step.follower != nullptr && step.follower->joint == joint) sum += std::abs(step.follower->multiplier);
+    for (const MechanismStep& step : steps_) {
+      if (step.moves && step.joint == joint) sum += std::abs(step.multiplier);
     }
     return sum;
   }
   /// The sum of the rates of turning or sliding followers per unit of the joint.
   [[nodiscard]] double rate(int joint, bool slides) const {
     double sum = 0.0;
-    for (const Step& step : path_) {
-      if (step.follower == nullptr || step.follower->joint != joint) continue;
-      if ((step.follower->type == JointType::kPrismatic) == slides) sum += std::abs(step.follower->multiplier);
+    for (const MechanismStep& step : steps_) {
+      if (!step.moves || step.joint != joint) continue;
+      if ((step.type == JointType::kPrismatic) == slides) sum += std::abs(step.multiplier);
     }
     return sum;
   }
-  [[nodiscard]] MotionRange limits(int joint) const {
-    if (joint >= model_.joints()) return ranges_[joint - model_.joints()];
-    return {model_.limits.lower[joint], model_.limits.upper[joint]};
+  [[nodiscard]] bool is_endless(int joint) const { return !std::isfinite(limits_[joint].lower); }
+  [[nodiscard]] double lowest(int joint) const {
+    return is_endless(joint) ? -0.5 * range(joint) : limits_[joint].lower;
   }
-  [[nodiscard]] bool is_endless(int joint) const { return !std::isfinite(limits(joint).lower); }
-  [[nodiscard]] double lowest(int joint) const { return is_endless(joint) ? -0.5 * range(joint) : limits(joint).lower; }
   /// A joint without limits takes its followers once around.
   [[nodiscard]] double range(int joint) const {
-    if (!is_endless(joint)) return limits(joint).upper - limits(joint).lower;
+    if (!is_endless(joint)) return limits_[joint].upper - limits_[joint].lower;
     double slowest = 1.0;
-    for (const Step& step : path_) {
-      if (step.follower != nullptr && step.follower->joint == joint && step.follower->multiplier != 0.0) {
-        slowest = std::min(slowest, std::abs(step.follower->multiplier));
+    for (const MechanismStep& step : steps_) {
+      if (step.moves && step.joint == joint && step.multiplier != 0.0) {
+        slowest = std::min(slowest, std::abs(step.multiplier));
       }
     }
     return 2.0 * std::numbers::pi / slowest;
@@ -158,40 +152,14 @@ class Sweep {
   [[nodiscard]] double sample(int joint, int i, int count) const {
     return lowest(joint) + range(joint) * i / (count - 1);
   }
-  /// pose() at the positions at which the model holds the followers.
-  [[nodiscard]] Pose held_pose() const {
-    Pose X = Pose::Identity();
-    for (const Step& step : path_) X = X * model_.links[step.link].X_PJ;
-    return X;
-  }
-
-  [[nodiscard]] Pose motion(const Step& step, const Positions& q) const {
-    if (step.follower == nullptr) return model_.links[step.link].X_PJ;
-    const Follower& follower = *step.follower;
-    const double position = follower.multiplier * q[follower.joint] + follower.offset;
-    Pose X = follower.X_PJ;
-    const Eigen::Vector3d& axis = model_.links[step.link].axis;
-    if (follower.type == JointType::kPrismatic) {
-      X.translate(position * axis);
-    } else {
-      X.rotate(Eigen::AngleAxisd(position, axis));
-    }
-    return X;
-  }
-  /// The link in the frame of the link P that carries the first follower.
-  [[nodiscard]] Pose pose(const Positions& q) const {
-    Pose X = Pose::Identity();
-    for (const Step& step : path_) X = X * motion(step, q);
-    return X;
-  }
   /// The greatest distance of a point from the origin of a follower's joint.
-  [[nodiscard]] double greatest_lever(const Positions& q, const std::vector<Eigen::Vector3d>& points,
+  [[nodiscard]] double greatest_lever(const std::vector<double>& q, const std::vector<Eigen::Vector3d>& points,
                                       std::size_t first) const {
     double greatest = 0.0;
     Pose X = Pose::Identity();
-    for (const Step& step : path_) {
+    for (const MechanismStep& step : steps_) {
       X = X * motion(step, q);
-      if (step.follower == nullptr) continue;
+      if (!step.moves) continue;
       for (std::size_t i = first; i < points.size(); ++i) {
         greatest = std::max(greatest, (points[i] - X.translation()).norm());
       }
@@ -199,43 +167,130 @@ class Sweep {
     return greatest;
   }
 
-  const RobotModel& model_;
-  const std::vector<MotionRange>& ranges_;
-  std::vector<Step> path_;  ///< from the first follower to the link
-  std::set<int> joints_;    ///< Follower::joint that move the link in the frame of the link that carries the mechanism
+  const std::vector<MechanismStep>& steps_;
+  const std::vector<MotionRange>& limits_;
+  std::set<int> joints_;
 };
+
+/// The way of a link's mechanism from the link that carries it; empty: the link does not move with one.
+std::vector<MechanismStep> mechanism_of(const std::vector<Follower>& followers, const RobotModel& model, int link) {
+  std::vector<MechanismStep> steps;
+  for (int i = link; i >= 0 && model.links[i].joint < 0; i = model.links[i].parent) {
+    const Link& at = model.links[i];
+    MechanismStep step;
+    step.held = at.X_PJ;
+    const auto follower =
+        std::find_if(followers.begin(), followers.end(), [&](const Follower& one) { return one.link == i; });
+    if (follower != followers.end()) {
+      step = {true,    at.X_PJ,         follower->X_PJ,       follower->type,
+              at.axis, follower->joint, follower->multiplier, follower->offset};
+    }
+    steps.insert(steps.begin(), step);
+  }
+  // Links before the first follower do not move with the mechanism.
+  const auto first = std::find_if(steps.begin(), steps.end(), [](const MechanismStep& step) { return step.moves; });
+  steps.erase(steps.begin(), first);
+  return steps;
+}
+
+/// The polyhedron in another frame.
+world::ConvexHull moved(world::ConvexHull hull, const Pose& X) {
+  for (Eigen::Vector3d& vertex : hull.vertices) vertex = X * vertex;
+  return hull;
+}
+
+/// The last link in the frame of the link that carries the mechanism, where the model holds it.
+Pose held_place(const std::vector<MechanismStep>& steps) {
+  Pose X = Pose::Identity();
+  for (const MechanismStep& step : steps) X = X * step.held;
+  return X;
+}
+
+/// The body of a range's joints alone that the tool's body carries; empty: it is another one.
+std::optional<OutsideBody> body_of_tool(const RobotModel& model, const LinkGeometry& geometry,
+                                        const std::vector<MechanismStep>& steps) {
+  const int tool = model.tool_link;
+  if (moved_link(model, geometry.link) != moved_link(model, tool)) return std::nullopt;
+  OutsideBody body{model.links[geometry.link].name, nullptr, geometry.shape, geometry.X_LS, Pose::Identity(), {}};
+  for (MechanismStep step : steps) {
+    if (step.moves && step.joint < model.joints()) return std::nullopt;
+    step.joint -= step.moves ? model.joints() : 0;
+    body.steps.push_back(step);
+  }
+  // No joint is between the two links, so that any position of the arm will do.
+  Kinematics kinematics;
+  forward_kinematics(model, Pose::Identity(), JointVector::Zero(model.joints()), kinematics);
+  const Pose X_WP = kinematics.X_WL[geometry.link] * held_place(steps).inverse();
+  body.X_TP = (kinematics.X_WL[tool] * model.X_LT).inverse() * X_WP;
+  return body;
+}
+
+JointType type_of(const std::vector<Follower>& followers, int joint) {
+  for (const Follower& follower : followers) {
+    if (follower.joint == joint && follower.multiplier == 1.0 && follower.offset == 0.0) return follower.type;
+  }
+  return JointType::kRevolute;
+}
 
 }  // namespace
 
+std::optional<world::ConvexHull> around_places(const std::vector<MechanismStep>& steps,
+                                               const std::vector<MotionRange>& ranges, const world::Shape& shape,
+                                               const Pose& X_LS) {
+  return Sweep(steps, ranges).around(shape, X_LS);
+}
+
+Pose place_of(const std::vector<MechanismStep>& steps, const std::vector<double>& positions) {
+  Pose X = Pose::Identity();
+  for (const MechanismStep& step : steps) X = X * motion(step, positions);
+  return X;
+}
+
 void enclose_followers(const std::vector<Follower>& followers, const std::vector<MotionRange>& ranges,
-                       const std::string& path, RobotModel& model) {
+                       const std::string& path, RobotModel& model, const std::vector<std::string>& joint_names) {
   if (followers.empty()) return;
+  std::vector<MotionRange> limits;  // by Follower::joint
+  for (int j = 0; j < model.joints(); ++j) limits.push_back({model.limits.lower[j], model.limits.upper[j]});
+  limits.insert(limits.end(), ranges.begin(), ranges.end());
+  const auto outside = std::make_shared<OutsideJoints>();
+  for (std::size_t i = 0; i < joint_names.size(); ++i) {
+    outside->joints.push_back(
+        {joint_names[i], type_of(followers, model.joints() + static_cast<int>(i)), ranges[i], false});
+  }
   std::set<std::string> names;
   for (int g = 0; g < static_cast<int>(model.geometry.size()); ++g) {
     LinkGeometry& geometry = model.geometry[g];
-    const Sweep sweep(followers, ranges, model, geometry.link);
-    if (!sweep.moves()) continue;
+    const std::vector<MechanismStep> steps = mechanism_of(followers, model, geometry.link);
+    if (steps.empty()) continue;
+    const std::set<int> joints = joints_of(steps);
     const std::string& name = model.links[geometry.link].name;
-    if (sweep.joints().size() > 2) {
+    if (joints.size() > 2) {
       throw ModelError(path + ": link " + in_quotes(name) + " follows more than two joints; this is not supported");
     }
-    auto hull = sweep.around(geometry);
+    const auto hull = around_places(steps, limits, geometry.shape, geometry.X_LS);
     if (!hull) {
       throw ModelError(path + ": link " + in_quotes(name) +
                        " follows a joint of the chain farther than 100 m; check the multipliers of its mimic joints");
     }
+    auto body = body_of_tool(model, geometry, steps);
     const double before = volume(geometry.shape);
-    geometry.shape = world::Convex{std::make_shared<world::ConvexHull>(std::move(*hull))};
+    const auto enclosure = std::make_shared<const world::ConvexHull>(moved(*hull, held_place(steps).inverse()));
+    geometry.shape = world::Convex{enclosure};
     geometry.X_LS = Pose::Identity();
     geometry.excess_volume = volume(geometry.shape) / before - 1.0;
     geometry.capsule = link_capsule(geometry.shape);
     std::erase_if(model.self_pairs, [&](const std::pair<int, int>& pair) {
       if (pair.first != g && pair.second != g) return false;
       const int moved = moved_link(model, model.geometry[pair.first == g ? pair.second : pair.first].link);
-      return moved >= 0 && sweep.joints().contains(model.links[moved].joint);
+      return moved >= 0 && joints.contains(model.links[moved].joint);
     });
     names.insert(name);
+    if (!body || joint_names.empty()) continue;
+    body->enclosure = enclosure;
+    for (const int joint : joints) outside->joints[static_cast<std::size_t>(joint - model.joints())].of_tool = true;
+    outside->bodies.push_back(std::move(*body));
   }
+  if (!outside->joints.empty()) model.outside = outside;
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + in_quotes(name);
   if (!list.empty()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -58,6 +59,8 @@ struct LinkGeometry {
   std::optional<LinkCapsule> capsule = {};  ///< replaces the shape in cells of fast geometry; empty: the shape itself
 };
 
+struct OutsideJoints;
+
 /// A pair of RobotModel::self_pairs that no posture brings far apart.
 struct ClosePair {
   int first = 0;
@@ -76,6 +79,7 @@ struct RobotModel {
   std::vector<std::string> joint_names;     ///< of the actuated joints, base to tip
   bool has_followers = false;               ///< some links follow: Link::follows
   std::map<std::string, JointType> beside;  ///< actuated joints that carry no link of the chain: followers move it
+  std::shared_ptr<const OutsideJoints> outside = {};  ///< joints with a range (outside_joints.hpp); null: none
   JointLimits limits;  ///< from the URDF, such that followers keep theirs; acceleration from UrdfOptions
   int tool_link = 0;   ///< its frame, times X_LT, is the tool frame T
   Pose X_LT = Pose::Identity();

@@ -368,6 +368,7 @@ Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& re
   for (const auto& [name, range] : request.ranges) {
     with_range.push_back(index_of_joint(tree, name));
     chain.ranges.push_back(range);
+    chain.range_names.push_back(name);
   }
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
     if (!moves(tree[i])) continue;

@@ -58,7 +58,8 @@ struct Chain {
   std::vector<ChainJoint> joints;  ///< base to tip
   /// Joints beside the chain that follow one of these joints or one with a range, or are one of them.
   std::vector<Follower> followers;
-  std::vector<MotionRange> ranges;  ///< see Follower::joint
+  std::vector<MotionRange> ranges;       ///< see Follower::joint
+  std::vector<std::string> range_names;  ///< joints that have them
 };
 
 /// Numbers the joints that move the links from the base link to `tool`, and sets Link::joint of these links. A link

@@ -178,7 +178,7 @@ class ModelBuilder {
     note_unlikely_angles();
     note_tool_on_last_axis();
     model_->self_pairs = pairs_of_separate_bodies(*model_);
-    enclose_followers(chain.followers, chain.ranges, path_, *model_);
+    enclose_followers(chain.followers, chain.ranges, path_, *model_, chain.range_names);
     if (!options_.srdf_path.empty()) apply_srdf(options_.srdf_path, left_out_, *model_, sources_);
     merge_fixed_links(kMaxLinks, *model_);
     return model_;

@@ -28,6 +28,28 @@ world::ArmBodies arm_bodies(const Arm& arm) {
   return bodies;
 }
 
+world::ArmBodies live_arm_bodies(const Arm& arm) {
+  world::ArmBodies bodies = arm_bodies(arm);
+  const RobotModel& model = *arm.model;
+  const int links = static_cast<int>(model.links.size());
+  for (std::size_t i = 0; i < model.geometry.size(); ++i) {
+    const OutsideBody* body = outside_body(model, model.geometry[i].shape);
+    if (body == nullptr) continue;
+    bodies.parts[i].link = links + static_cast<int>(body - model.outside->bodies.data());
+    bodies.parts[i].shape = {body->shape, body->X_LS};
+    bodies.grasp_links.push_back(bodies.parts[i].link);
+  }
+  return bodies;
+}
+
+void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q,
+                  const std::vector<double>& outside, Kinematics& scratch) {
+  forward_kinematics(*arm.model, arm.X_WB, q, scratch);
+  std::vector<Pose> X_WL(scratch.X_WL.begin(), scratch.X_WL.begin() + scratch.links);
+  for (const Pose& X_TL : outside_places(*arm.model, outside)) X_WL.push_back(scratch.X_WT * X_TL);
+  world.set_arm(index, X_WL, scratch.X_WT);
+}
+
 void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q, Kinematics& scratch) {
   forward_kinematics(*arm.model, arm.X_WB, q, scratch);
   world.set_arm(index, std::span<const Pose>(scratch.X_WL).first(scratch.links), scratch.X_WT);

@@ -16,8 +16,15 @@ namespace hecaton::planner {
 /// Shapes, self pairs and grasp links of `arm`.
 [[nodiscard]] world::ArmBodies arm_bodies(const Arm& arm);
 
+/// The same with the shapes that joints outside the chain move as they are, each on a link of its own behind those of
+/// the model.
+[[nodiscard]] world::ArmBodies live_arm_bodies(const Arm& arm);
+
 /// Moves arm `index` of the world to the measured configuration q [rad | m]. Overwrites `scratch`.
 void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q, Kinematics& scratch);
+/// The same for live_arm_bodies(). `outside`: positions of the joints outside the chain [rad | m].
+void set_measured(world::BulletWorld& world, int index, const Arm& arm, const JointVector& q,
+                  const std::vector<double>& outside, Kinematics& scratch);
 
 /// Simulates the distance sensors of one arm by ray casts from its measured pose. Not thread-safe.
 class RangeScanner {

@@ -11,6 +11,7 @@
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/orders.hpp"
+#include "services/runtime/process_info.hpp"
 #include "services/runtime/run_service.hpp"
 #include "services/runtime/state_period.hpp"
 
@@ -34,9 +35,7 @@ device::DeviceOrder device_order(msg::DeviceOrder order) {
       return device::DeviceOrder::kPowerOn;
     case msg::DeviceOrder::DEVICE_POWER_OFF:
       return device::DeviceOrder::kPowerOff;
-    case msg::DeviceOrder::DEVICE_UNLOCK:
-    case msg::DeviceOrder::DEVICE_OBSERVE:  // an order to the driver itself
-    case msg::DeviceOrder::DEVICE_COMMAND:
+    default:  // orders to the driver itself
       break;
   }
   return device::DeviceOrder::kUnlock;
@@ -51,6 +50,14 @@ std::string beside(const std::string& checkpoint, const std::string& ending) {
   return checkpoint.empty() ? std::string() : checkpoint + ending;
 }
 
+/// Between two samples of ToolState in which nothing changes.
+constexpr std::chrono::milliseconds kToolPeriod{200};
+
+bool is_alike(const msg::ToolState& a, const msg::ToolState& b) {
+  return a.moving() == b.moving() && a.grasping() == b.grasping() && a.holding() == b.holding() &&
+         a.releasing() == b.releasing() && a.signals() == b.signals();
+}
+
 /// The supervisor publishes the cell mode every 25 ms: it is heard while the last one is younger.
 constexpr std::chrono::milliseconds kSupervised{100};
 
@@ -62,34 +69,36 @@ std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& a
 /// True when a planner, the supervisor and a person would decide the same on both states.
 bool decides_alike(const msg::ArmState& a, const msg::ArmState& b) {
   return a.mode() == b.mode() && a.cause().kind() == b.cause().kind() && a.newest_term() == b.newest_term() &&
-         a.planner() == b.planner() && a.carried() == b.carried();
+         a.planner() == b.planner() && a.carried() == b.carried() && a.outside_lower() == b.outside_lower() &&
+         a.outside_upper() == b.outside_upper();
 }
 
 }  // namespace
 
 int run_arm_driver(int argc, char** argv, std::span<const device::DeviceType> types) {
-  return run_service(argc, argv,
-                     "Drives one arm of a cell: follows its planner's commands and stops the arm when they cease",
-                     Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
-                       const config::CellFile file = config::load_cell_file(options.cell, options.sources);
-                       const int arm = find_arm(file, options.arm);
-                       auto device = make_device(
-                           file, arm, beside(options.checkpoint, ".device"), types,
-                           [](std::string_view event, std::string_view details) {
-                             log_info(event, {{"details", details}});
-                           },
-                           [&file, &options] { return join_as_device(file, options); });
-                       const LogScope log(driver_node(options.arm), options);
-                       lock_memory();
-                       start_exit_notifier(options.exit_fd);
-                       ArmDriver driver(file, arm, options, shutdown, std::move(device));
-                       raise_service_priority(file, ThreadPriority::kSafety);
-                       driver.run();
-                     });
+  return run_service(
+      argc, argv, "Drives one arm of a cell: follows its planner's commands and stops the arm when they cease",
+      Subject::kArm, [types](const ServiceOptions& options, ShutdownSignal& shutdown) {
+        const config::CellFile file = config::load_cell_file(options.cell, options.sources);
+        const int arm = find_arm(file, options.arm);
+        auto device = make_device(
+            file, arm, beside(options.checkpoint, ".device"), types,
+            [](std::string_view event, std::string_view details) {
+              log_info(event, {{"details", details}});
+            },
+            [&file, &options] { return join_as_device(file, options); });
+        const LogScope log(driver_node(options.arm), options);
+        lock_memory();
+        start_exit_notifier(options.exit_fd);
+        ArmDriver driver(file, arm, options, shutdown, std::move(device), signal_kinds(file, arm, types));
+        raise_service_priority(file, ThreadPriority::kSafety);
+        driver.run();
+      });
 }
 
 ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options,
-                     const ShutdownSignal& shutdown, std::unique_ptr<device::ArmDevice> device)
+                     const ShutdownSignal& shutdown, std::unique_ptr<device::ArmDevice> device,
+                     std::vector<device::SignalKind> signals)
     : name_(file.cell.arms[arm].arm.name),
       participant_(make_participant(file, options, Role::kDriver, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
@@ -109,9 +118,11 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
       control_(driver_setup(file, arm, *device_, checkpoint_.recall().has_value(),
                             observed_.recall().value_or(starts_observed(file.devices[arm]))),
                *device_),
+      tool_(file, arm, std::move(signals), beside(options.checkpoint, ".tool"), *device_),
       published_{nanoseconds(state_period(file)), {}, {}} {
   if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
   state_.arm(name_);
+  if (tool_.present()) tool_topics_.emplace(participant_, &mailbox_);
 }
 
 void ArmDriver::run() {
@@ -122,9 +133,11 @@ void ArmDriver::run() {
     receive();
     note_lease();
     control_.write();
+    update_tool();
     handle_orders();
     update_state();
     publish_when_due();
+    publish_tool();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
   log_info("driver shuts down", {{"arm", name_}});
@@ -165,18 +178,88 @@ void ArmDriver::handle_orders() {
     const msg::DeviceRequest& last = order_.request;
     if (last.client() == request.client() && last.request_id() == request.request_id()) continue;
     log_info("device order", {{"from", request.client()}, {"order", text(request.order())}});
-    if (is_for_driver(request.order())) {
-      reply(request, observe(request.order() == msg::DeviceOrder::DEVICE_OBSERVE));
-      if (!order_.runs) order_.request = request;
-    } else if (const auto refused = device_->begin(device_order(request.order()))) {
-      reply(request, refused);
-      if (!order_.runs) order_.request = request;
-    } else {
-      order_ = {request, true};
-    }
+    begin(request);
   }
   const auto end = device_->order_end();
-  if (end && std::exchange(order_.runs, false)) reply(order_.request, end->result);
+  if (end && order_.runs && !order_.of_tool) {
+    order_.runs = false;
+    reply(order_.request, end->result);
+  }
+  const auto tool_end = tool_.end();
+  if (tool_end && order_.runs && order_.of_tool) {
+    order_.runs = false;
+    reply(order_.request, *tool_end);
+  }
+}
+
+void ArmDriver::begin(const msg::DeviceRequest& request) {
+  if (ToolControl::takes(request.order())) {
+    const bool busy = order_.runs;
+    auto refused = busy
+                       ? std::optional(make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, name_,
+                                                  "arm " + name_ + ": another order is not finished: wait for its end"))
+                       : tool_.begin(request, tool_inputs());
+    if (refused) reply(request, *refused);
+    if (!busy) order_ = {request, !refused, true};
+  } else if (is_for_driver(request.order())) {
+    reply(request, observe(request.order() == msg::DeviceOrder::DEVICE_OBSERVE));
+    if (!order_.runs) order_.request = request;
+  } else if (order_.runs && order_.of_tool) {
+    reply(request, device::DeviceFailure{"its gripper carries out an order: wait for its end"});
+  } else if (const auto refused = device_->begin(device_order(request.order()))) {
+    reply(request, refused);
+    if (!order_.runs) order_.request = request;
+  } else {
+    order_ = {request, true, false};
+  }
+}
+
+ToolInputs ArmDriver::tool_inputs() {
+  return {.now = loop_.now(),
+          .q = control_.measured().q,
+          .moves = control_.moves(),
+          .stopped = modes_.view().order(name_) == msg::Mode::MODE_STOP,
+          .attached = attached_,
+          .obstacles = [this] { return free_obstacles(); }};
+}
+
+std::vector<world::Obstacle> ArmDriver::free_obstacles() {
+  std::vector<world::Obstacle> free;
+  note_shapes();
+  if (!tool_topics_) return free;
+  for (const msg::ObstacleState& state : tool_topics_->newest.states()) {
+    const auto& shapes = readers_.shapes.latest();
+    const auto found = shapes.find(state.name());
+    if (found == shapes.end() || !found->second.value.obstacle().attached_to().empty()) continue;
+    const auto obstacle = messages::from_message(found->second.value.obstacle());
+    const auto X_WO = messages::from_message(state.X_WO(), "ObstacleStates: X_WO");
+    if (!obstacle || !X_WO) continue;
+    free.push_back(*obstacle);
+    free.back().X_WO = *X_WO;
+  }
+  return free;
+}
+
+void ArmDriver::update_tool() {
+  if (tool_topics_) {
+    for (const auto& sample : tool_topics_->obstacles.take()) {
+      if (!sample.disposed) tool_topics_->newest = sample.value;
+    }
+  }
+  tool_.update(tool_inputs());
+}
+
+void ArmDriver::publish_tool() {
+  if (!tool_topics_) return;
+  msg::ToolState state;
+  tool_.write(state);
+  const bool due = !tool_topics_->at || loop_.now() - *tool_topics_->at >= kToolPeriod;
+  if (!due && is_alike(state, tool_topics_->state)) return;
+  state.sequence_number(tool_topics_->state.sequence_number() + 1);
+  state.stamp_ns(stamp_now());
+  tool_topics_->at = loop_.now();
+  tool_topics_->state = std::move(state);
+  (void)tool_topics_->states.write(tool_topics_->state);  // repeated; the bus logs a refusal
 }
 
 // The checkpoint comes first: a driver that is killed now and restarted must not command an arm that a person guides.
@@ -193,13 +276,17 @@ device::DeviceResult ArmDriver::observe(bool observed) {
 }
 
 void ArmDriver::reply(const msg::DeviceRequest& to, const device::DeviceResult& result) {
+  reply(to, result ? make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, name_, "arm " + name_ + ": " + result->text)
+                   : msg::Cause());
+}
+
+void ArmDriver::reply(const msg::DeviceRequest& to, const msg::Cause& cause) {
   msg::DeviceReply reply;
   reply.client(to.client());
   reply.request_id(to.request_id());
   reply.arm(name_);
-  reply.done(!result);
-  if (result)
-    reply.cause(make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, name_, "arm " + name_ + ": " + result->text));
+  reply.done(is_none(cause));
+  reply.cause(cause);
   (void)writers_.replies.write(reply);  // the bus logs a refusal; the client asks again
 }
 
@@ -225,10 +312,15 @@ void ArmDriver::note_lease() {
 }
 
 void ArmDriver::update_carried() {
-  if (readers_.shapes.take().empty()) return;
+  if (!readers_.shapes.take().empty()) note_shapes();
+}
+
+void ArmDriver::note_shapes() {
   state_.carried().clear();
+  attached_.clear();
   for (const auto& [name, sample] : readers_.shapes.latest()) {
-    if (sample.value.obstacle().attached_to() != name_) continue;
+    attached_[name] = sample.value.obstacle().attached_to() == name_;
+    if (!attached_[name]) continue;
     state_.carried().append(state_.carried().empty() ? "" : ", ").append(name);
   }
 }
@@ -248,6 +340,7 @@ void ArmDriver::update_state() {
   state_.planner(control_.gate().lease().planner);
   state_.stale_rejected(control_.gate().stale_rejected());
   state_.cause(control_.cause());
+  tool_.write(state_);
   log_.state(state_);
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 /// The driver node of one arm.
 
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -9,6 +11,7 @@
 
 #include "services/arm_driver/arm_control.hpp"
 #include "services/arm_driver/driver_log.hpp"
+#include "services/arm_driver/tool_control.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -26,9 +29,10 @@ namespace hecaton::services {
 /// (devices/arm_device.hpp). It stops the arm by itself when commands cease, without a supervisor.
 class ArmDriver {
  public:
-  /// `arm`: index in the cell. Throws std::runtime_error with a sentence when the bus cannot be joined.
+  /// `arm`: index in the cell. `signals`: kinds of the arm's signals. Throws std::runtime_error with a sentence when
+  /// the bus cannot be joined.
   ArmDriver(const config::CellFile& file, int arm, const ServiceOptions& options, const ShutdownSignal& shutdown,
-            std::unique_ptr<device::ArmDevice> device);
+            std::unique_ptr<device::ArmDevice> device, std::vector<device::SignalKind> signals);
 
   /// Runs until the process shall end.
   void run();
@@ -40,9 +44,17 @@ class ArmDriver {
   /// Others move the arm from now on, or its planner does. Returns why not; empty: done.
   [[nodiscard]] device::DeviceResult observe(bool observed);
   void reply(const msg::DeviceRequest& to, const device::DeviceResult& result);
+  void reply(const msg::DeviceRequest& to, const msg::Cause& cause);
+  void begin(const msg::DeviceRequest& request);
+  [[nodiscard]] ToolInputs tool_inputs();
+  /// Obstacles that no arm carries, where they are now.
+  [[nodiscard]] std::vector<world::Obstacle> free_obstacles();
+  void update_tool();
+  void publish_tool();
   void report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement);
   void note_lease();
   void update_carried();
+  void note_shapes();
   void update_state();
   /// Publishes the state once in published_.period, and at once when what others decide on has changed.
   void publish_when_due();
@@ -68,7 +80,19 @@ class ArmDriver {
   MappedRecord<bool> observed_;  ///< the last order: others move the arm
   std::unique_ptr<device::ArmDevice> device_;
   ArmControl control_;
-  msg::ArmState state_;  ///< reused every period
+  ToolControl tool_;
+  std::map<std::string, bool, std::less<>> attached_;  ///< each obstacle: whether it is attached to the arm
+  struct ToolTopics {
+    explicit ToolTopics(bus::Participant& participant, bus::Mailbox* mailbox)
+        : states(participant), obstacles(participant, mailbox) {}
+    bus::Writer<msg::ToolState> states;
+    bus::Reader<msg::ObstacleStates> obstacles;
+    msg::ObstacleStates newest;                               ///< last received
+    msg::ToolState state;                                     ///< last published
+    std::optional<std::chrono::steady_clock::time_point> at;  ///< when it was published
+  };
+  std::optional<ToolTopics> tool_topics_;  ///< of an arm with a gripper or signals
+  msg::ArmState state_;                    ///< reused every period
   struct Published {
     std::chrono::nanoseconds period;  ///< of states in which nothing decisive changes
     std::optional<std::chrono::steady_clock::time_point> at;
@@ -77,6 +101,7 @@ class ArmDriver {
   struct Order {
     msg::DeviceRequest request;  ///< the last one
     bool runs = false;           ///< the device carries it out
+    bool of_tool = false;        ///< tool_ carries it out
   } order_;
   DriverLog log_;
 };

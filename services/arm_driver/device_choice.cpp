@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "planner/model/outside_joints.hpp"
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_plugin.hpp"
 #include "services/config/text.hpp"
@@ -58,6 +59,40 @@ const device::DeviceType& type_of(const config::CellFile& file, int arm, std::sp
   return *found;
 }
 
+/// A gripper starts open. Other joints start where the model's shapes are in the middle.
+void add_outside(const planner::Arm& arm, const std::optional<config::Gripper>& gripper, device::DeviceSetup& setup) {
+  if (!arm.model->outside) return;
+  for (const planner::OutsideJoint& joint : arm.model->outside->joints) {
+    const bool finger =
+        gripper && std::find(gripper->joints.begin(), gripper->joints.end(), joint.name) != gripper->joints.end();
+    setup.outside.push_back(finger ? gripper->opened : 0.5 * (joint.range.lower + joint.range.upper));
+  }
+  if (gripper) setup.outside_speed = gripper->speed;
+}
+
+/// Refuses what the type of a device does not have.
+void check_gripper(const config::ToolOptions& tools, const std::vector<device::SignalKind>& kinds,
+                   const device::DeviceType& type) {
+  if (!tools.gripper) return;
+  const config::Gripper& gripper = *tools.gripper;
+  if (gripper.close.empty() && !type.moves_outside) {
+    throw ConfigError(gripper.where + ".close and open are missing: a device of type " + std::string(type.type) +
+                      " moves no fingers by itself; name the signals that close and open the gripper");
+  }
+  for (const config::SignalValues* values : {&gripper.close, &gripper.open}) {
+    for (const auto& [name, value] : *values) {
+      std::size_t index = 0;
+      while (tools.signals[index].name != name) ++index;
+      const device::SignalKind kind = kinds[index];
+      const bool output = kind == device::SignalKind::kDigitalOutput || kind == device::SignalKind::kAnalogOutput;
+      const bool fits = kind != device::SignalKind::kDigitalOutput || value == 0.0 || value == 1.0;
+      if (output && fits) continue;
+      throw ConfigError(gripper.where + (values == &gripper.close ? ".close." : ".open.") + name +
+                        (output ? " must be 0 or 1: it is digital" : " must be an output, and not an input"));
+    }
+  }
+}
+
 device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::string& checkpoint) {
   const auto nanoseconds = [](double seconds) {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
@@ -76,6 +111,8 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   if (starts_observed(file.devices[arm])) setup.values.erase(std::string(kSource));
   setup.values.erase(std::string(kPlugin));
   setup.joint_names = planned.arm.model->joint_names;
+  for (const config::SignalOptions& signal : file.tools[arm].signals) setup.signals.push_back(signal.port);
+  add_outside(planned.arm, file.tools[arm].gripper, setup);
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }
@@ -124,7 +161,10 @@ bool starts_observed(const config::DeviceOptions& device) {
 void require_known_devices(const config::CellFile& file, std::span<const device::DeviceType> types) {
   // Each device is created once, because its factory checks the values of its keys. It opens nothing yet.
   try {
-    for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) (void)make_device(file, arm, {}, types);
+    for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+      (void)make_device(file, arm, {}, types);
+      check_gripper(file.tools[arm], signal_kinds(file, arm, types), type_of(file, arm, types));
+    }
     require_own_ports(file, types);
     require_own_claims(file, types);
   } catch (const std::runtime_error& error) {
@@ -156,6 +196,24 @@ std::vector<std::string> device_steps(const config::CellFile& file, std::span<co
     }
   }
   return steps;
+}
+
+std::vector<device::SignalKind> signal_kinds(const config::CellFile& file, int arm,
+                                             std::span<const device::DeviceType> types) {
+  std::vector<device::SignalKind> kinds;
+  const device::DeviceType& type = type_of(file, arm, types);
+  for (const config::SignalOptions& signal : file.tools[arm].signals) {
+    if (type.signal == nullptr) {
+      throw ConfigError(signal.where + ": a device of type " + std::string(type.type) + " has no signals");
+    }
+    const auto kind = type.signal(signal.port);
+    if (!kind) {
+      throw ConfigError(signal.where + " = " + config::printable(signal.port) + " must be " +
+                        std::string(type.signal_ports));
+    }
+    kinds.push_back(*kind);
+  }
+  return kinds;
 }
 
 std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,

@@ -53,6 +53,7 @@ struct TopicInfo {
   TOPIC(DeviceCommand, sample.arm(), "driver", "driver program", .hold = 200ms, .partition_per_key = true)             \
   TOPIC(DeviceState, sample.arm(), "driver program", "driver", .hold = 200ms, .partition_per_key = true)               \
   TOPIC(DeviceReply, "", "driver", "cli", .reliable = true, .transient_local = true, .depth = 4)                       \
+  TOPIC(ToolState, sample.arm(), "driver", "world cli", .reliable = true, .transient_local = true, .hold = 500ms)      \
   TOPIC(ObstacleShapes, sample.name(), "world", "all", .reliable = true, .transient_local = true, .instances = 4096)   \
   TOPIC(ObstacleStates, "", "world", "all", .deadline = 50ms, .hold = 200ms)                                           \
   TOPIC(WorldEditRequest, "", "cli perception", "world", .reliable = true, .depth = 32)                                \

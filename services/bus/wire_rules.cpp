@@ -112,7 +112,10 @@ constexpr std::array kArmStateFields{kSchema,
                                      term("newest_term"),
                                      name_of("planner"),
                                      count("stale_rejected"),
-                                     nested("cause", kCause)};
+                                     nested("cause", kCause),
+                                     positions("outside", msg::MAX_JOINTS),
+                                     positions("outside_lower", msg::MAX_JOINTS),
+                                     positions("outside_upper", msg::MAX_JOINTS)};
 constexpr StructRule kArmState{"ArmState", kArmStateFields};
 /// No arm has a longer control period than 10 s; its driver bounds the period by `command_timeout`.
 constexpr std::array kArmCommandFields{kSchema,
@@ -125,8 +128,15 @@ constexpr std::array kArmCommandFields{kSchema,
                                        positions("q", msg::MAX_JOINTS),
                                        velocities("qd", msg::MAX_JOINTS)};
 constexpr StructRule kArmCommand{"ArmCommand", kArmCommandFields};
-constexpr std::array kDeviceRequestFields{kSchema, name_of("client"), count("request_id"), name_of("arm"),
-                                          choice("order", msg::DeviceOrder::DEVICE_COMMAND)};
+constexpr std::array kDeviceRequestFields{kSchema,
+                                          name_of("client"),
+                                          count("request_id"),
+                                          name_of("arm"),
+                                          choice("order", msg::DeviceOrder::DEVICE_PLACE_JOINT),
+                                          name_of("name"),
+                                          position("value"),
+                                          number("width", -1.0, 100.0),
+                                          number("force", -1.0, 1e6)};
 constexpr StructRule kDeviceRequest{"DeviceRequest", kDeviceRequestFields};
 constexpr std::array kDeviceCommandFields{kSchema,
                                           name_of("arm"),
@@ -153,6 +163,21 @@ constexpr StructRule kDeviceState{"DeviceState", kDeviceStateFields};
 constexpr std::array kDeviceReplyFields{kSchema,        name_of("client"), count("request_id"),
                                         name_of("arm"), boolean("done"),   nested("cause", kCause)};
 constexpr StructRule kDeviceReply{"DeviceReply", kDeviceReplyFields};
+constexpr std::array kSignalFields{name_of("name"), choice("kind", msg::SignalKind::SIGNAL_ANALOG_OUTPUT),
+                                   boolean("known"), position("value")};
+constexpr StructRule kSignal{"Signal", kSignalFields};
+constexpr std::array kToolStateFields{kSchema,
+                                      name_of("arm"),
+                                      count("sequence_number"),
+                                      stamp("stamp_ns"),
+                                      boolean("has_gripper"),
+                                      boolean("moving"),
+                                      number("width", -1.0, 100.0),
+                                      name_of("grasping"),
+                                      name_of("holding"),
+                                      name_of("releasing"),
+                                      list("signals", kSignal, 64)};
+constexpr StructRule kToolState{"ToolState", kToolStateFields};
 
 // goal.idl
 constexpr std::array kToolGoalFields{nested("X_WT", kPose), choice("free_rotation", msg::FreeRotation::FREE_ALL),
@@ -542,6 +567,7 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kDeviceCommand, kSmall, 5000},
                             TopicRule{kDeviceState, kSmall, 5000},
                             TopicRule{kDeviceReply, kSmall, 2000},
+                            TopicRule{kToolState, kSmall, 20000},
                             TopicRule{kObstacleShapes, kLarge, 20000},
                             TopicRule{kObstacleStates, kLarge, 5000},
                             TopicRule{kEditRequest, kLarge, 1000},

@@ -42,6 +42,9 @@ void add_commands(CLI::App& app, Session& session) {
   add_speed(app, session);
   add_device(app, session);
   add_device_test(app, session);
+  add_tool(app, session);
+  add_io(app, session);
+  add_posture(app, session);
   add_obstacle(app, session);
   add_carry_commands(app, session);
   add_init(app, session);

@@ -24,6 +24,9 @@ void add_mode_commands(CLI::App& app, Session& session);  ///< hold, resume, sto
 void add_speed(CLI::App& app, Session& session);
 void add_device(CLI::App& app, Session& session);
 void add_device_test(CLI::App& app, Session& session);
+void add_tool(CLI::App& app, Session& session);
+void add_io(CLI::App& app, Session& session);
+void add_posture(CLI::App& app, Session& session);
 void add_obstacle(CLI::App& app, Session& session);
 void add_carry_commands(CLI::App& app, Session& session);  ///< attach, detach
 void add_check(CLI::App& app, Session& session);

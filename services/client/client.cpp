@@ -38,6 +38,36 @@ Receipt order_speed(Connection& connection, double speed, const std::vector<std:
   return receipt_of(connection.order(std::move(request), wait));
 }
 
+void order_device(Connection& connection, msg::DeviceRequest request, const Wait& wait) {
+  const msg::DeviceReply reply = connection.order_device(std::move(request), wait);
+  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
+}
+
+void order_gripper(Connection& connection, const std::string& arm, msg::DeviceOrder order, const GripOptions& options,
+                   const Wait& wait) {
+  msg::DeviceRequest request;
+  request.arm(arm);
+  request.order(order);
+  for (const auto& [what, value] : {std::pair("width", options.width), std::pair("force", options.force)}) {
+    if (!value || (*value >= 0.0 && std::isfinite(*value))) continue;
+    throw InvalidArgument(std::string(what) + " = " + std::to_string(*value) + " must be finite and at least 0");
+  }
+  request.width(options.width.value_or(-1.0));
+  request.force(options.force.value_or(-1.0));
+  order_device(connection, std::move(request), wait);
+}
+
+void order_value(Connection& connection, const std::string& arm, msg::DeviceOrder order, const std::string& name,
+                 double value, const Wait& wait) {
+  if (!std::isfinite(value)) throw InvalidArgument(name + " = " + std::to_string(value) + " must be a finite number");
+  msg::DeviceRequest request;
+  request.arm(arm);
+  request.order(order);
+  request.name(name);
+  request.value(value);
+  order_device(connection, std::move(request), wait);
+}
+
 msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   msg::WorldEditRequest request;
   request.kind(kind);
@@ -196,6 +226,46 @@ void Arm::stop(const Wait& wait) const {
 
 void Arm::set_speed(double speed, const Wait& wait) const {
   order_speed(*connection_, speed, {name_}, wait);
+}
+
+void Arm::close_gripper(const GripOptions& options, const Wait& wait) const {
+  order_gripper(*connection_, name_, msg::DeviceOrder::DEVICE_CLOSE_TOOL, options, wait);
+}
+
+void Arm::open_gripper(const GripOptions& options, const Wait& wait) const {
+  order_gripper(*connection_, name_, msg::DeviceOrder::DEVICE_OPEN_TOOL, options, wait);
+}
+
+void Arm::set_signal(const std::string& name, double value, const Wait& wait) const {
+  order_value(*connection_, name_, msg::DeviceOrder::DEVICE_SET_SIGNAL, name, value, wait);
+}
+
+void Arm::place_joint(const std::string& joint, double position, const Wait& wait) const {
+  order_value(*connection_, name_, msg::DeviceOrder::DEVICE_PLACE_JOINT, joint, position, wait);
+}
+
+ToolState Arm::tool(const Wait& wait) const {
+  const auto heard = connection_->tool_state(name_, wait);
+  if (heard) return client::to_public(heard->value, heard->age);
+  if (wait.stop.stop_requested()) throw Interrupted("the wait for the tool of arm '" + name_ + "' was interrupted");
+  throw Unreachable({"no driver of arm '" + name_ + "' publishes a gripper or signals in " + connection_->where() +
+                         ": has the arm the keys gripper or signals?",
+                     {},
+                     "driver/" + name_});
+}
+
+bool Arm::wait_for_signal(const std::string& name, double lowest, double highest, const Wait& wait) const {
+  const ToolState now = tool(wait);
+  const bool has =
+      std::any_of(now.signals.begin(), now.signals.end(), [&](const Signal& signal) { return signal.name == name; });
+  if (!has) throw Rejected({CauseKind::kUnknownName, name, "arm " + name_ + " has no signal " + name});
+  const auto heard = connection_->tool_state(name_, wait, [&](const msg::ToolState& state) {
+    return std::any_of(state.signals().begin(), state.signals().end(), [&](const msg::Signal& signal) {
+      return signal.name() == name && signal.known() && signal.value() >= lowest && signal.value() <= highest;
+    });
+  });
+  if (!heard && wait.stop.stop_requested()) throw Interrupted("the wait for signal '" + name + "' was interrupted");
+  return heard.has_value();
 }
 
 World::World(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}

@@ -381,13 +381,18 @@ msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& 
 }
 
 msg::DeviceReply Connection::order_device(const std::string& arm, msg::DeviceOrder order, const Wait& wait) {
+  msg::DeviceRequest request;
+  request.arm(arm);
+  request.order(order);
+  return order_device(std::move(request), wait);
+}
+
+msg::DeviceReply Connection::order_device(msg::DeviceRequest request, const Wait& wait) {
   {
     const Lock lock(mutex_);
     if (!endpoints_.devices) endpoints_.devices.emplace(participant_, mailbox_);
   }
-  msg::DeviceRequest request;
-  request.arm(arm);
-  request.order(order);
+  const std::string arm = request.arm();
   // The first driver that is found may be that of another arm.
   auto replies = call(*endpoints_.devices, std::move(request), wait, {kAskAgain, Seconds::zero()});
   if (!replies.empty()) return std::move(replies.front());
@@ -502,6 +507,17 @@ std::optional<Connection::Heard<msg::ArmState>> Connection::arm_state(const std:
     const auto* sample = endpoints_.arms->latest(arm);
     if (sample == nullptr) return std::nullopt;
     return Heard<msg::ArmState>{sample->value, sample->age()};
+  };
+  return wait_for_state(look, wait);
+}
+
+std::optional<Connection::Heard<msg::ToolState>> Connection::tool_state(
+    const std::string& arm, const Wait& wait, const std::function<bool(const msg::ToolState&)>& fits) {
+  const auto look = [&]() -> std::optional<Heard<msg::ToolState>> {
+    if (!endpoints_.tools) endpoints_.tools.emplace(participant_, &state_mailbox_);
+    const auto* sample = endpoints_.tools->latest(arm);
+    if (sample == nullptr || (fits && !fits(sample->value))) return std::nullopt;
+    return Heard<msg::ToolState>{sample->value, sample->age()};
   };
   return wait_for_state(look, wait);
 }

@@ -88,6 +88,8 @@ class Connection {
 
   /// Sends an order to the device of an arm and waits for the reply of its driver. Throws Unreachable, Interrupted.
   [[nodiscard]] msg::DeviceReply order_device(const std::string& arm, msg::DeviceOrder order, const Wait& wait);
+  /// The same for a request whose client and number are not set yet.
+  [[nodiscard]] msg::DeviceReply order_device(msg::DeviceRequest request, const Wait& wait);
 
   /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
@@ -110,6 +112,10 @@ class Connection {
   };
   /// The newest state; waits for the first one. Empty when none arrived within the limit.
   [[nodiscard]] std::optional<Heard<msg::ArmState>> arm_state(const std::string& arm, const Wait& wait);
+  /// The newest state of the arm's gripper and signals that `fits`; waits for the first one. Empty when none arrived
+  /// within the limit: the arm then has neither, or its driver does not run.
+  [[nodiscard]] std::optional<Heard<msg::ToolState>> tool_state(
+      const std::string& arm, const Wait& wait, const std::function<bool(const msg::ToolState&)>& fits = {});
   struct Scene {
     Heard<msg::ObstacleStates> states;
     std::map<std::string, msg::ObstacleShapes> shapes;  ///< by name
@@ -198,6 +204,7 @@ class Connection {
     std::optional<GoalTopics> goals;
     std::optional<bus::Reader<msg::Fault>> faults;
     std::optional<bus::Reader<msg::ArmState>> arms;
+    std::optional<bus::Reader<msg::ToolState>> tools;
     std::optional<SceneTopics> scene;
   } endpoints_;
   std::map<std::string, std::shared_ptr<GoalRecord>> goals_;  ///< that have not ended, by name

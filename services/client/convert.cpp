@@ -153,6 +153,20 @@ Fault to_public(const msg::Fault& fault) {
   return {fault.id(), same<Severity>(fault.severity()), to_public(fault.cause()), fault.cleared()};
 }
 
+ToolState to_public(const msg::ToolState& state, Seconds age) {
+  ToolState tool;
+  tool.has_gripper = state.has_gripper();
+  tool.moving = state.moving();
+  if (state.width() >= 0.0) tool.width = state.width();
+  tool.holding = state.holding();
+  for (const msg::Signal& signal : state.signals()) {
+    tool.signals.push_back({signal.name(), static_cast<SignalKind>(signal.kind()),
+                            signal.known() ? std::optional(signal.value()) : std::nullopt});
+  }
+  tool.age = age;
+  return tool;
+}
+
 ArmState to_public(const msg::ArmState& state, Seconds age) {
   ArmState arm;
   arm.mode = same<ArmMode>(state.mode());

@@ -11,6 +11,7 @@ namespace hecaton::client {
 [[nodiscard]] Cause to_public(const msg::Cause& cause);
 [[nodiscard]] Progress to_public(const msg::GoalStatus& status);
 [[nodiscard]] Fault to_public(const msg::Fault& fault);
+[[nodiscard]] ToolState to_public(const msg::ToolState& state, Seconds age);
 [[nodiscard]] ArmState to_public(const msg::ArmState& state, Seconds age);
 [[nodiscard]] CellStatus to_public(const msg::CellStatus& status);
 [[nodiscard]] Pose to_public(const msg::Pose& pose);

@@ -57,6 +57,35 @@ struct DeviceOptions {
   std::string where;                                       ///< "FILE: arms[0].device", the beginning of messages
 };
 
+/// A signal of an arm's device: an entry of `signals`.
+struct SignalOptions {
+  std::string name;   ///< unique on the arm
+  std::string port;   ///< of the device: "digital_output 3"
+  std::string where;  ///< "FILE: arms[0].signals.vacuum", the beginning of messages
+};
+
+/// Values of signals, by name.
+using SignalValues = std::map<std::string, double, std::less<>>;
+
+/// The gripper of an arm: `gripper`. Its opening is proportional to the positions of its joints.
+struct Gripper {
+  std::vector<std::string> joints;  ///< outside the chain, with a range; empty: the model has no fingers
+  double closed = 0.0;              ///< position of these joints when it is closed [rad | m]
+  double opened = 0.0;              ///< the same when it is open
+  double width = 0.0;               ///< of its opening when it is open [m]; 0: not known
+  double speed = 0.05;              ///< of the joints, where the device moves them [rad/s | m/s]
+  SignalValues close;               ///< signals that close it; empty: the device moves the joints
+  SignalValues open;                ///< signals that open it
+  std::chrono::nanoseconds time = std::chrono::seconds(1);  ///< in which signals open or close it
+  std::string where;                                        ///< "FILE: arms[0].gripper"
+};
+
+/// Tool and signals of an arm.
+struct ToolOptions {
+  std::vector<SignalOptions> signals;  ///< in the order of their names
+  std::optional<Gripper> gripper;
+};
+
 /// The supervisor's hosts, and the time limits of fault detection.
 struct Supervision {
   std::string host;          ///< of the supervisor
@@ -138,6 +167,7 @@ struct CellFile {
   std::vector<Host> hosts;             ///< at least one, in the file's order
   std::vector<ArmHosts> arm_hosts;     ///< one per arm of the cell
   std::vector<DeviceOptions> devices;  ///< one per arm of the cell
+  std::vector<ToolOptions> tools;      ///< one per arm of the cell
   std::vector<RobotFiles> robots;      ///< one per arm of the cell
   std::string world_host;              ///< of the world service
   Supervision supervision;             ///< of the cell

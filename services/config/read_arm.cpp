@@ -444,6 +444,7 @@ OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods
     note_open_values(arm, i, *file.cell.arms.back().arm.model, open);
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));
+    file.tools.push_back(read_tools(arm, *file.cell.arms.back().arm.model));
     file.robots.push_back(robot_files(arm));
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }

@@ -42,8 +42,8 @@ struct OpenValues {
   std::vector<int> acceleration;  ///< without limits.acceleration
 };
 
-/// `defaults` and `arms`: loads models, tightens limits, checks poses. Appends to cell.arms, arm_hosts and devices of
-/// `file`; hosts and timing must be there already. `methods`: the allowed values of `method`.
+/// `defaults` and `arms`: loads models, tightens limits, checks poses. Appends to cell.arms, arm_hosts, devices and
+/// tools of `file`; hosts and timing must be there already. `methods`: the allowed values of `method`.
 [[nodiscard]] OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods, CellFile& file);
 
 /// `world` and `obstacles`. Attachments must name one of `arms`.
@@ -77,6 +77,9 @@ struct ArmView {
     return std::nullopt;
   }
 };
+
+/// `signals` and `gripper` of an arm.
+[[nodiscard]] ToolOptions read_tools(const ArmView& arm, const planner::RobotModel& model);
 
 /// The URDF's limits, tightened by the arm's `limits`.
 [[nodiscard]] planner::JointLimits read_limits(const ArmView& arm, const planner::RobotModel& model);

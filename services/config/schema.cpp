@@ -73,6 +73,8 @@ ArmSections::ArmSections(const planner::MethodRegistry& registry) : registry_(re
                 "poses",
                 "start",
                 "device",
+                "signals",
+                "gripper",
                 "method",
                 "goal_tolerance",
                 "acceleration_of_obstacles",
@@ -116,11 +118,11 @@ std::vector<const Section*> all_sections() {
   using namespace section;
   static const ShapeSections of_shapes(shape_types());
   static const ArmSections of_arms(planner::built_in_methods());
-  std::vector<const Section*> all = {&kRoot,       &kNetwork,   &kSecurity, &kHosts,     &kWorld,    &kSupervision,
-                                     &kRecovery,   &kView,      &kRecord,   &kRos2,      &kTiming,   &kTasks,
-                                     &kTaskAreas,  &kClutter,   &kPose,     &kArmLimits, &kArmPoses, &kPackages,
-                                     &kHeldJoints, &kXacro,     &kDevice,   &kSensor,    &kObstacle, &kAttachment,
-                                     &kStatic,     &kWaypoints, &kCircle,   &kSine,      &kConveyor, &kDynamic};
+  std::vector<const Section*> all = {
+      &kRoot,     &kNetwork,    &kSecurity,   &kHosts,     &kWorld,     &kSupervision, &kRecovery, &kView,
+      &kRecord,   &kRos2,       &kTiming,     &kTasks,     &kTaskAreas, &kClutter,     &kPose,     &kArmLimits,
+      &kArmPoses, &kPackages,   &kHeldJoints, &kXacro,     &kDevice,    &kSignals,     &kGripper,  &kSensor,
+      &kObstacle, &kAttachment, &kStatic,     &kWaypoints, &kCircle,    &kSine,        &kConveyor, &kDynamic};
   for (const Section& section : of_shapes.all()) all.push_back(&section);
   const auto arms = of_arms.all();
   all.insert(all.end(), arms.begin(), arms.end());

@@ -57,6 +57,9 @@ inline const Section kPackages{"arms[].packages", {}, true};
 inline const Section kHeldJoints{"arms[].joints", {}, true};
 inline const Section kXacro{"arms[].xacro", {}, true};
 inline const Section kDevice{"arms[].device", {}, true};
+inline const Section kSignals{"arms[].signals", {}, true};
+inline const Section kGripper{"arms[].gripper",
+                              {"joint", "closed", "opened", "width", "speed", "close", "open", "time"}};
 inline const Section kSensor{"arms[].sensors[]",
                              {"name", "link", "position", "direction", "to_position", "to_direction", "rays", "range",
                               "noise", "period", "simulated"}};

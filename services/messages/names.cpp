@@ -48,6 +48,14 @@ std::string text(DeviceOrder order) {
       return "observe";
     case DeviceOrder::DEVICE_COMMAND:
       return "command";
+    case DeviceOrder::DEVICE_OPEN_TOOL:
+      return "open";
+    case DeviceOrder::DEVICE_CLOSE_TOOL:
+      return "close";
+    case DeviceOrder::DEVICE_SET_SIGNAL:
+      return "set signal";
+    case DeviceOrder::DEVICE_PLACE_JOINT:
+      return "place joint";
   }
   return "unknown";
 }

@@ -40,6 +40,7 @@ ArmView::ArmView(const planner::Cell& cell, int self)
     names_.push_back(planned.arm.name);
     joints_.push_back(planned.arm.model->joints());
     limits_.push_back(planned.arm.limits);
+    ranges_.push_back(planner::outside_ranges(*planned.arm.model));
   }
 }
 
@@ -66,6 +67,20 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
     return "ArmState of " + state.arm() + ": speed_scaling = " + std::to_string(state.speed_scaling()) +
            " must be 0 to 1";
   }
+  const std::vector<planner::MotionRange>& ranges = ranges_[index];
+  std::vector<planner::MotionRange> outside;
+  const bool described = state.outside_lower().size() == ranges.size() && state.outside_upper().size() == ranges.size();
+  if (!described && !(state.outside_lower().empty() && state.outside_upper().empty())) {
+    return "ArmState of " + state.arm() + ": outside_lower and outside_upper must have " +
+           std::to_string(ranges.size()) + " values, or none";
+  }
+  for (std::size_t i = 0; described && i < ranges.size(); ++i) {
+    const planner::MotionRange between{state.outside_lower()[i], state.outside_upper()[i]};
+    if (!(between.lower >= ranges[i].lower && between.lower <= between.upper && between.upper <= ranges[i].upper)) {
+      return "ArmState of " + state.arm() + ": outside_lower and outside_upper must be within the joint's range";
+    }
+    outside.push_back(between);
+  }
   SenderClock clock = known && known->writer == writer ? known->clock : SenderClock();
   const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
   known = ReceivedState{*q,
@@ -82,7 +97,8 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
                         state.sequence_number(),
                         writer,
                         sent,
-                        clock};
+                        clock,
+                        std::move(outside)};
   return std::nullopt;
 }
 
@@ -106,6 +122,11 @@ std::optional<std::string> ArmView::apply(const msg::GoalStatus& status) {
   seen.has_goal = true;
   seen.priority = status.priority();
   return std::nullopt;
+}
+
+const std::vector<planner::MotionRange>& ArmView::outside(int index, Clock::time_point now) const {
+  const bool fresh = age(index, now) <= state_age_limit_;
+  return fresh && !received_[index]->outside.empty() ? received_[index]->outside : ranges_[index];
 }
 
 int ArmView::index_of(const std::string& name) const {

@@ -62,6 +62,8 @@ class ArmView {
     bus::EndpointId writer;
     Clock::time_point at;  ///< when it was true, on this process's clock
     SenderClock clock;     ///< of its writer
+    /// Of the joints outside the chain; empty: anywhere in their ranges.
+    std::vector<planner::MotionRange> outside = {};
   };
 
   /// `self`: index of the own arm.
@@ -82,6 +84,8 @@ class ArmView {
   std::optional<std::string> apply(const msg::CoupledPlanProgress& progress);
 
   [[nodiscard]] const std::optional<ReceivedState>& arm(int index) const { return received_[index]; }
+  /// Where the joints outside the chain are, of an arm whose state is fresh; else their ranges.
+  [[nodiscard]] const std::vector<planner::MotionRange>& outside(int index, Clock::time_point now) const;
   /// Age of the last state of an arm, with its delay [s]; infinite before the first.
   [[nodiscard]] double age(int index, Clock::time_point now) const;
   /// The supervisor reports the arm as lost, and this planner has no fresh state of it. False without a fresh cell
@@ -110,6 +114,7 @@ class ArmView {
   std::vector<std::string> names_;
   std::vector<int> joints_;
   std::vector<planner::JointLimits> limits_;
+  std::vector<std::vector<planner::MotionRange>> ranges_;  ///< of the joints outside the chain, by arm
   std::vector<std::optional<ReceivedState>> received_;
   std::vector<planner::ArmObservation> observations_;
   std::vector<std::vector<Coordination>> coordination_;  ///< by arm; the planner of the last message is last

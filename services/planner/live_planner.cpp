@@ -33,6 +33,7 @@ LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string&
       arms_(cell, self),
       obstacles_(names_of(cell)),
       sensors_(cell.arms[self]),
+      arms_of_cell_(arms_of(cell)),
       options_(options),
       planner_(planner::CellGeometry(arms_of(cell), self), cell.arms[self].parameters, options) {
   command_.arm(name());
@@ -79,9 +80,10 @@ std::optional<msg::Cause> LivePlanner::cannot_resolve() const {
 GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now) {
   GoalQuestion question{goal, own_arm()->q, std::make_shared<const std::vector<world::Obstacle>>(), {}};
   if (sensor_only_) return question;
-  const auto states = obstacles_.states(now);
-  question.obstacles = obstacles_.obstacles();
-  question.states.assign(states.begin(), states.end());
+  update_scene(now);
+  const auto now_states = states(now);
+  question.obstacles = scene_;
+  question.states.assign(now_states.begin(), now_states.end());
   return question;
 }
 
@@ -102,6 +104,36 @@ LivePlanner::OldestInput LivePlanner::oldest_input(Clock::time_point now, const 
   return oldest;
 }
 
+void LivePlanner::update_scene(Clock::time_point now) {
+  if (sensor_only_ || !obstacles_.obstacles()) {
+    scene_ = obstacles_.obstacles();
+    return;
+  }
+  std::vector<std::vector<planner::MotionRange>> places;
+  for (int i = 0; i < static_cast<int>(arms_of_cell_.size()); ++i) places.push_back(arms_.outside(i, now));
+  if (scene_ && joined_ == obstacles_.obstacles() && places == places_) return;
+  joined_ = obstacles_.obstacles();
+  places_ = std::move(places);
+  auto scene = std::make_shared<std::vector<world::Obstacle>>(*joined_);
+  for (std::size_t i = 0; i < arms_of_cell_.size(); ++i) {
+    for (world::Obstacle& body : planner::outside_obstacles(arms_of_cell_[i], places_[i])) {
+      scene->push_back(std::move(body));
+    }
+  }
+  scene_ = std::move(scene);
+}
+
+// An arm carries the bodies outside the chains: their own states do not count.
+std::span<const world::ObstacleState> LivePlanner::states(Clock::time_point now) {
+  const auto of_world = obstacles_.states(now);
+  if (!scene_ || scene_->size() == of_world.size()) return of_world;
+  states_.assign(of_world.begin(), of_world.end());
+  world::ObstacleState carried;
+  carried.age = obstacles_.age(now);
+  states_.resize(scene_->size(), carried);
+  return states_;
+}
+
 /// The number of the next command; 0: none is sent.
 std::uint64_t LivePlanner::next_number(const PeriodContext& context) {
   if (!context.commands || !context.mode.heard()) return 0;
@@ -117,7 +149,8 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   events.missed = context.missed;
   // While the drive follows another planner, set-points of this planner begin at the measured position.
   events.drops_setpoint = silent || !context.continues;
-  if (obstacles_.obstacles() != planned_with_) events.obstacles = planned_with_ = obstacles_.obstacles();
+  update_scene(context.now);
+  if (scene_ != planned_with_) events.obstacles = planned_with_ = scene_;
   events.goal = context.goal;
   events.scans = scans_;
   if (context.ticks != nullptr) log_events(context, events);
@@ -139,7 +172,7 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   inputs.own.tracking_delay = own.tracking_delay;
   inputs.own.speed_scaling = own.speed_scaling;
   inputs.arms = arms_.observe(sent, context.mode);
-  inputs.obstacles = obstacles_.states(sent);
+  inputs.obstacles = states(sent);
   inputs.hold = context.hold;
   inputs.speed = context.mode.speed(name());
   inputs.commands = context.commands;
@@ -159,7 +192,7 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
 void LivePlanner::log_events(const PeriodContext& context, const planner::PeriodEvents& events) const {
   std::optional<TickWriter::Snapshot> snapshot;
   if (context.snapshot) {
-    snapshot = TickWriter::Snapshot{planner_.save(), program_text(), options_, obstacles_.obstacles()};
+    snapshot = TickWriter::Snapshot{planner_.save(), program_text(), options_, scene_};
     // A motion method with a map has no memory that can be saved. The recording then has no snapshot to verify from.
     if (snapshot->memory.empty()) snapshot.reset();
   }
@@ -172,7 +205,7 @@ void LivePlanner::note_reaction(Clock::duration taken) {
 }
 
 void LivePlanner::plan_ahead(const PlannedPeriod& period, planner::SearchExecutor& searches) {
-  searches.ask(planner_.plan_ahead(period.inputs, period.result), obstacles_.obstacles());
+  searches.ask(planner_.plan_ahead(period.inputs, period.result), scene_);
 }
 
 }  // namespace hecaton::services

@@ -29,7 +29,8 @@ class LivePlanner {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `self`: index of the arm in the cell. `node`: of the planner, for commands.
+  /// `self`: index of the arm in the cell. `node`: of the planner, for commands. `cell`: as planner::live_cell() gives
+  /// it.
   LivePlanner(const planner::Cell& cell, int self, const std::string& node, const planner::ArmPlannerOptions& options);
 
   // Receive messages.
@@ -93,6 +94,10 @@ class LivePlanner {
   [[nodiscard]] bool has_fresh_own_state(Clock::time_point now) const;
   [[nodiscard]] std::optional<msg::Cause> missing_environment(Clock::time_point now) const;
   [[nodiscard]] std::uint64_t next_number(const PeriodContext& context);
+  /// Joins the world's obstacles with what the arms have outside their chains.
+  void update_scene(Clock::time_point now);
+  /// States of scene_, with their ages at `now`. Valid until the next call.
+  [[nodiscard]] std::span<const world::ObstacleState> states(Clock::time_point now);
   void log_events(const PeriodContext& context, const planner::PeriodEvents& events) const;
 
   int self_;
@@ -102,6 +107,12 @@ class LivePlanner {
   ObstacleView obstacles_;
   SensorView sensors_;
   std::vector<planner::RangeScan> scans_;  ///< since the last period
+  std::vector<planner::Arm> arms_of_cell_;
+  /// The world's obstacles, and as the last ones the bodies that joints outside the chains move; null: none known yet.
+  planner::SharedObstacles scene_;
+  planner::SharedObstacles joined_;                        ///< the world's part of scene_
+  std::vector<std::vector<planner::MotionRange>> places_;  ///< of the joints outside the chains in scene_, by arm
+  std::vector<world::ObstacleState> states_;
   planner::SharedObstacles planned_with_;  ///< as last given to planner_
   planner::ArmPlannerOptions options_;
   planner::ArmPlanner planner_;

@@ -169,9 +169,9 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.checkpoint,
                 file.cell.arms[arm].arm.model->joints()),
       goals_(place.arm, place.node),
-      resolver_(planner::CellGeometry(arms_of(file.cell), arm)),
-      planner_(file.cell, arm, place.node, planner_options(file.cell, arm)),
-      searches_(file.cell, arm),
+      resolver_(planner::CellGeometry(arms_of(planner::live_cell(file.cell, arm)), arm)),
+      planner_(planner::live_cell(file.cell, arm), arm, place.node, planner_options(file.cell, arm)),
+      searches_(planner::live_cell(file.cell, arm), arm),
       hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {}
 
 void PlannerService::run() {

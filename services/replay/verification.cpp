@@ -182,7 +182,9 @@ class Stream {
 
 class Verifier {
  public:
-  Verifier(const planner::Cell& cell, const std::vector<std::string>& arms) : cell_(cell), commands_(cell.arms.size()) {
+  /// `live`: recorded in a running cell, not in a simulation.
+  Verifier(const planner::Cell& cell, bool live, const std::vector<std::string>& arms)
+      : cell_(cell), live_(live), commands_(cell.arms.size()) {
     for (const planner::PlannedArm& planned : cell.arms) {
       result_.arms.emplace_back().arm = planned.arm.name;
       const auto named = std::find(arms.begin(), arms.end(), planned.arm.name);
@@ -241,7 +243,7 @@ class Verifier {
       note("recorded by program " + tick.program() + ", and recomputed by " + program_text() +
            ": differences may come from that");
     }
-    Stream& stream = streams_.try_emplace({arm, writer_of(message)}, cell_, arm).first->second;
+    Stream& stream = streams_.try_emplace({arm, writer_of(message)}, cell_of(arm), arm).first->second;
     stream.take(tick, seconds(message.log_time), report);
     const auto key = set_point_of(message, tick.number());
     if (!key) return;
@@ -283,7 +285,14 @@ class Verifier {
     return log_time < *began_ ? 0.0 : 1e-9 * static_cast<double>(log_time - *began_);
   }
 
+  /// The cell with which the planner of the arm worked.
+  [[nodiscard]] const planner::Cell& cell_of(int arm) {
+    return cells_.try_emplace(arm, live_ ? planner::live_cell(cell_, arm) : cell_).first->second;
+  }
+
   const planner::Cell& cell_;
+  bool live_;
+  std::map<int, planner::Cell> cells_;  ///< by arm
   Verification result_;
   std::vector<bool> wanted_;
   std::map<std::pair<int, std::string>, Stream> streams_;  ///< by arm and writer
@@ -292,8 +301,8 @@ class Verifier {
   std::uint64_t undecoded_ = 0;
 };
 
-/// The changes of a simulation; nothing in the recording of a live cell.
-void apply_changes(const std::string& path, planner::Cell& cell) {
+/// Makes the changes of a simulation. False: it is the recording of a live cell.
+bool apply_changes(const std::string& path, planner::Cell& cell) {
   std::optional<std::string> text;
   recorder::McapVisitor visitor;
   visitor.attachment = [&](const recorder::McapAttachment& file) {
@@ -301,10 +310,11 @@ void apply_changes(const std::string& path, planner::Cell& cell) {
   };
   visitor.chunk = [](std::uint64_t) { return false; };
   recorder::read_mcap(path, visitor);
-  if (!text) return;
+  if (!text) return false;
   const std::optional<CellChanges> changes = CellChanges::from_json(*text);
   if (!changes) throw recorder::RecordingError(path + ": its attachment simulation.json cannot be read");
   if (const auto objection = changes->apply(cell)) throw recorder::RecordingError(path + ": " + *objection);
+  return true;
 }
 
 }  // namespace
@@ -312,8 +322,8 @@ void apply_changes(const std::string& path, planner::Cell& cell) {
 Verification verify_recording(const std::vector<std::string>& paths, const planner::Cell& cell,
                               const std::vector<std::string>& arms, const std::function<void(double share)>& progress) {
   planner::Cell changed = cell;
-  apply_changes(paths.front(), changed);
-  Verifier verifier(changed, arms);
+  const bool simulated = apply_changes(paths.front(), changed);
+  Verifier verifier(changed, !simulated, arms);
   double total = 0.0;
   for (const std::string& path : paths) {
     std::error_code error;

@@ -161,6 +161,44 @@ std::vector<msg::WorldEditReply> EditReplies::take(const CheckpointWriter& write
   return ready;
 }
 
+std::optional<msg::WorldEditRequest> edit_of(const world::BulletWorld& world, const msg::ToolState& state) {
+  msg::WorldEditRequest request;
+  request.client("driver/" + state.arm());
+  request.arm(state.arm());
+  const auto carries = [&](const std::string& name) {
+    const world::Obstacle* obstacle = find(world, name);
+    return obstacle != nullptr && obstacle->attachment && obstacle->attachment->arm == state.arm();
+  };
+  if (!state.releasing().empty() && carries(state.releasing())) {
+    request.kind(msg::EditKind::EDIT_DETACH);
+    request.name(state.releasing());
+    return request;
+  }
+  if (!state.grasping().empty() && !carries(state.grasping())) {
+    request.kind(msg::EditKind::EDIT_ATTACH);
+    request.name(state.grasping());
+    return request;
+  }
+  return std::nullopt;
+}
+
+// The state repeats what it asks for until it is done: no reply is needed.
+void GraspService::apply(const Edited& edited) {
+  for (const auto& sample : states_.take()) {
+    if (sample.disposed || edited.persistence.unusable()) continue;
+    const auto request = edit_of(edited.world, sample.value);
+    if (!request) continue;
+    const world::EditResult result = apply_edit(edited.world, edited.cell, *request);
+    if (result.done()) {
+      edited.obstacles.publish_shapes(edited.world, request->name(), edited.term);
+      static_cast<void>(edited.persistence.write(edited.world));
+    }
+    log_info(
+        request->kind() == msg::EditKind::EDIT_ATTACH ? "gripper holds" : "gripper releases",
+        {{"arm", request->arm()}, {"obstacle", request->name()}, {"done", result.done()}, {"reason", result.reason}});
+  }
+}
+
 void EditService::apply(const Edited& edited) {
   const auto& unusable = edited.persistence.unusable();
   for (const auto& sample : requests_.take()) {

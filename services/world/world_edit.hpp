@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <idl/arm.h>
 #include <idl/world.h>
 
 #include "planner/cell.hpp"
@@ -50,20 +52,37 @@ class EditReplies {
   std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> waiting_;
 };
 
+/// What edits act on.
+struct Edited {
+  world::BulletWorld& world;
+  EditedCell cell;
+  WorldPersistence& persistence;
+  ObstaclePublisher& obstacles;
+  std::uint64_t term;
+};
+
+/// The edit that the state of a gripper asks for: to attach what it grasps, or to detach what it releases. Empty: none
+/// is needed, because the obstacles are so already.
+[[nodiscard]] std::optional<msg::WorldEditRequest> edit_of(const world::BulletWorld& world,
+                                                           const msg::ToolState& state);
+
+/// Attaches what grippers grasp, and detaches what they release, as the drivers' states say. For the loop's thread.
+class GraspService {
+ public:
+  GraspService(bus::Participant& participant, bus::Mailbox& mailbox) : states_(participant, &mailbox) {}
+  /// Does nothing while the checkpoint is unusable.
+  void apply(const Edited& edited);
+
+ private:
+  bus::Reader<msg::ToolState> states_;
+};
+
 /// Edits over the bus. For the loop's thread.
 class EditService {
  public:
   EditService(bus::Participant& participant, bus::Mailbox& mailbox)
       : requests_(participant, &mailbox), replies_(participant) {}
 
-  /// What edits act on.
-  struct Edited {
-    world::BulletWorld& world;
-    EditedCell cell;
-    WorldPersistence& persistence;
-    ObstaclePublisher& obstacles;
-    std::uint64_t term;
-  };
   /// Applies the edits that have arrived and publishes the changes. Refuses all edits while the checkpoint is unusable.
   void apply(const Edited& edited);
   /// Sends the replies that need not wait any more.

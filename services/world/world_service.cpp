@@ -16,7 +16,7 @@ constexpr double kLongestStep = 0.1;
 
 std::vector<world::ArmBodies> bodies_of(const planner::Cell& cell) {
   std::vector<world::ArmBodies> bodies;
-  for (const planner::PlannedArm& planned : cell.arms) bodies.push_back(planner::arm_bodies(planned.arm));
+  for (const planner::PlannedArm& planned : cell.arms) bodies.push_back(planner::live_arm_bodies(planned.arm));
   return bodies;
 }
 
@@ -34,6 +34,7 @@ WorldService::WorldService(const config::CellFile& file, const ServiceOptions& o
       world_(persistence_.scene(file), bodies_of(file.cell)),
       arms_(file, participant_, mailbox_),
       edits_(participant_, mailbox_),
+      grasps_(participant_, mailbox_),
       obstacles_(participant_),
       scans_(file, participant_),
       contacts_(participant_) {}
@@ -52,7 +53,9 @@ void WorldService::run() {
     // The world does not know where the arms are and no planner gets its obstacles, so no time passes in it.
     if (participant_.recovering()) continue;
     arms_.update(world_, loop_.now());
-    edits_.apply({world_, {file_.cell.arms, arms_.q()}, persistence_, obstacles_, term()});
+    const Edited edited{world_, {file_.cell.arms, arms_.q()}, persistence_, obstacles_, term()};
+    edits_.apply(edited);
+    grasps_.apply(edited);
     persistence_.update(loop_.now());
     edits_.reply(persistence_.writer());
     if (!persistence_.unusable()) step();  // else the arms hold without a world

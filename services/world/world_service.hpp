@@ -42,6 +42,7 @@ class WorldService {
   world::BulletWorld world_;
   MeasuredArms arms_;
   EditService edits_;
+  GraspService grasps_;
   ObstaclePublisher obstacles_;
   ScanPublisher scans_;
   ContactPublisher contacts_;

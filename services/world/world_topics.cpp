@@ -14,6 +14,15 @@ constexpr std::chrono::milliseconds kReportPeriod{100};
 /// An arm that is not heard for longer is not assumed to move on [s].
 constexpr double kLongestExtrapolation = 0.03;
 
+/// Measured positions of the joints outside the chain; the middle of their ranges if there are none.
+std::vector<double> outside_of(const planner::Arm& arm, const msg::ArmState& state) {
+  std::vector<double> positions;
+  for (const planner::MotionRange& range : planner::outside_ranges(*arm.model)) {
+    positions.push_back(0.5 * (range.lower + range.upper));
+  }
+  return state.outside().size() == positions.size() ? state.outside() : positions;
+}
+
 }  // namespace
 
 MeasuredArms::MeasuredArms(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox)
@@ -29,7 +38,8 @@ void MeasuredArms::update(world::BulletWorld& world, bus::Clock::time_point now)
     if (!arrivals_[i]) continue;
     const double age = std::chrono::duration<double>(now - *arrivals_[i]).count();
     q_[i] = measured_[i].q + std::clamp(age, 0.0, kLongestExtrapolation) * measured_[i].qd;
-    planner::set_measured(world, static_cast<int>(i), file_.cell.arms[i].arm, *q_[i], kinematics_);
+    planner::set_measured(world, static_cast<int>(i), file_.cell.arms[i].arm, *q_[i], measured_[i].outside,
+                          kinematics_);
   }
 }
 
@@ -49,7 +59,7 @@ void MeasuredArms::take() {
       continue;
     }
     const auto index = static_cast<std::size_t>(found - arms.begin());
-    measured_[index] = {*q, *qd};
+    measured_[index] = {*q, *qd, outside_of(arm, sample.value)};
     arrivals_[index] = sample.received;
   }
 }

@@ -40,8 +40,9 @@ class MeasuredArms {
   bus::Reader<msg::ArmState> states_;
   planner::Kinematics kinematics_;  ///< scratch
   struct Measured {
-    planner::JointVector q;   ///< [rad | m]
-    planner::JointVector qd;  ///< [rad/s | m/s]
+    planner::JointVector q;       ///< [rad | m]
+    planner::JointVector qd;      ///< [rad/s | m/s]
+    std::vector<double> outside;  ///< of the joints outside the chain [rad | m]
   };
   std::vector<Measured> measured_;  ///< the newest state of each arm that is in arrivals_
   std::vector<std::optional<bus::Clock::time_point>> arrivals_;

@@ -135,6 +135,8 @@ class Controller:
         self.remote = True
         self.stopped_at = -math.inf  # of the protective stop [s]
         self.program, self.paused = None, False
+        self.digital_inputs = self.digital_outputs = 0  # bits: 8 standard, 8 configurable, 2 at the tool
+        self.analog_inputs, self.analog_outputs = [0.0] * 4, [0.0] * 2  # 2 standard ones, 2 at the tool [V | A]
         self.not_found, self.in_use = set(), set()
         self.cut = self.halves = False
         self.delayed_until = 0
@@ -365,8 +367,21 @@ class RtdeClient(Connection):
         "runtime_state": ("UINT32", lambda c: struct.pack(">I", c.runtime_state())),
         "robot_mode": ("INT32", lambda c: struct.pack(">i", c.robot_mode)),
         "safety_mode": ("INT32", lambda c: struct.pack(">i", c.safety_mode)),
+        "actual_digital_input_bits": ("UINT64", lambda c: struct.pack(">Q", c.digital_inputs)),
+        "actual_digital_output_bits": ("UINT64", lambda c: struct.pack(">Q", c.digital_outputs)),
+        "standard_analog_input0": ("DOUBLE", lambda c: struct.pack(">d", c.analog_inputs[0])),
+        "standard_analog_input1": ("DOUBLE", lambda c: struct.pack(">d", c.analog_inputs[1])),
+        "tool_analog_input0": ("DOUBLE", lambda c: struct.pack(">d", c.analog_inputs[2])),
+        "tool_analog_input1": ("DOUBLE", lambda c: struct.pack(">d", c.analog_inputs[3])),
+        "standard_analog_output0": ("DOUBLE", lambda c: struct.pack(">d", c.analog_outputs[0])),
+        "standard_analog_output1": ("DOUBLE", lambda c: struct.pack(">d", c.analog_outputs[1])),
     }
-    INPUTS = {"speed_slider_mask": ("UINT32", "I"), "speed_slider_fraction": ("DOUBLE", "d")}
+    INPUTS = {"speed_slider_mask": ("UINT32", "I"), "speed_slider_fraction": ("DOUBLE", "d"),
+              **{f"{bank}_digital_output{end}": ("UINT8", "B") for bank in ("standard", "configurable", "tool")
+                 for end in ("_mask", "")},
+              "standard_analog_output_mask": ("UINT8", "B"), "standard_analog_output_type": ("UINT8", "B"),
+              "standard_analog_output_0": ("DOUBLE", "d"), "standard_analog_output_1": ("DOUBLE", "d")}
+    FIRST_BIT = {"standard": 0, "configurable": 8, "tool": 16}  # in the bits of all digital outputs
 
     def __init__(self, owner, own_socket):
         super().__init__(owner, own_socket, RtdeClient.handle, "rtde")
@@ -449,6 +464,15 @@ class RtdeClient(Connection):
         values = dict(zip(self.inputs, struct.unpack(form, payload[1 if self.version > 1 else 0:])))
         if values.get("speed_slider_mask"):
             self.owner.slider = max(0.0, min(1.0, values["speed_slider_fraction"]))
+        for bank, first in self.FIRST_BIT.items():
+            mask = values.get(f"{bank}_digital_output_mask", 0) << first
+            bits = values.get(f"{bank}_digital_output", 0) << first
+            self.owner.digital_outputs = self.owner.digital_outputs & ~mask | bits & mask
+        for pin in range(2):
+            if values.get("standard_analog_output_mask", 0) >> pin & 1:
+                volts = values["standard_analog_output_type"] >> pin & 1  # else a current: 4 to 20 mA
+                share = max(0.0, min(1.0, values[f"standard_analog_output_{pin}"]))
+                self.owner.analog_outputs[pin] = 10.0 * share if volts else 0.004 + 0.016 * share
 
     def cycle(self):
         self.flush()
@@ -631,6 +655,18 @@ class Orders:
     @staticmethod
     def slider(c, fraction):
         c.slider = float(fraction)
+
+    @staticmethod
+    def digital_input(c, bit, value):
+        c.digital_inputs = c.digital_inputs & ~(1 << int(bit)) | int(value) << int(bit)
+
+    @staticmethod
+    def analog_input(c, index, value):
+        c.analog_inputs[int(index)] = float(value)
+
+    @staticmethod
+    def outputs(c):
+        return {"digital": c.digital_outputs, "analog": c.analog_outputs}
 
     @staticmethod
     def remote_control(c, on):

@@ -13,6 +13,7 @@
 /// again. After a failure of any call the driver calls stop(), deactivate() and, a second later, configure() again.
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -77,6 +78,14 @@ enum class DeviceOrder {
   kUnlock,    ///< release a protective stop
 };
 
+/// Direction and values of a signal.
+enum class SignalKind {
+  kDigitalInput,   ///< 0 or 1
+  kDigitalOutput,  ///< 0 or 1
+  kAnalogInput,    ///< [V | A]
+  kAnalogOutput,   ///< [V | A]
+};
+
 /// The end of an order: whether the controller has taken it.
 struct OrderEnd {
   DeviceResult result;  ///< empty: taken; else why not
@@ -123,6 +132,21 @@ class ArmDevice {
   /// begins from the last set-point, because the set-point would else jump back by the lag.
   [[nodiscard]] virtual double tracking_delay() const { return 0.0; }
 
+  /// The last value of DeviceSetup::signals[index], as the device reports it; empty: not known. Outputs, too: what the
+  /// controller says, and not what was set last.
+  [[nodiscard]] virtual std::optional<double> signal(std::size_t /*index*/) const { return {}; }
+  /// Sets that signal. `value`: 0 or 1 of a digital one.
+  [[nodiscard]] virtual DeviceResult set_signal(std::size_t /*index*/, double /*value*/) {
+    return DeviceFailure{"its device sets no signals"};
+  }
+
+  /// Measured positions of DeviceSetup::outside [rad | m]; empty: the device measures none.
+  [[nodiscard]] virtual std::vector<double> outside() const { return {}; }
+  /// Moves these joints to `positions` at DeviceSetup::outside_speed [rad | m], and stays there.
+  [[nodiscard]] virtual DeviceResult move_outside(const std::vector<double>& /*positions*/) {
+    return DeviceFailure{"its device moves no joint outside the chain"};
+  }
+
   /// True: the arm may move again without a person after a restart of the driver's process.
   [[nodiscard]] virtual bool continues_after_restart() const { return false; }
 };
@@ -148,6 +172,9 @@ struct DeviceSetup {
   std::vector<bool> prismatic = {};                        ///< of each joint; empty: all are revolute
   std::vector<std::string> joint_names = {};               ///< of each joint in the robot description
   JoinCell join = {};                                      ///< for devices that use topics; empty in checks
+  std::vector<std::string> signals = {};                   ///< ports of the signals, as DeviceType::signal accepts them
+  std::vector<double> outside = {};  ///< start of each joint outside the chain that has a range [rad | m]
+  double outside_speed = 0.0;        ///< of these joints, when a gripper moves them [rad/s | m/s]
 };
 
 /// A port of this machine on which a device listens.
@@ -178,6 +205,11 @@ struct DeviceType {
   std::vector<std::string_view> steps{};
   /// What no other arm of the cell may use. Null: nothing. Throws as make.
   std::vector<Claim> (*claims)(const DeviceSetup& setup) = nullptr;
+  /// The kind of a port such as "digital_output 3", a value of `signals` in the cell file; empty: no such port. Null:
+  /// the device has no signals.
+  std::optional<SignalKind> (*signal)(std::string_view port) = nullptr;
+  std::string_view signal_ports{};  ///< for messages: "digital_input 0 to 7 or digital_output 0 to 7"
+  bool moves_outside = false;       ///< move_outside() works
 };
 
 /// The kinds of devices of this program.

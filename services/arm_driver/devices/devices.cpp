@@ -9,13 +9,16 @@ namespace hecaton::device {
 
 const std::vector<DeviceType>& device_types() {
   static const std::vector<DeviceType> types = {
-      {"simulated", {}, make_simulated_arm},
+      {"simulated", {}, make_simulated_arm, nullptr, nullptr, {}, nullptr, simulated_signal, kSimulatedPorts, true},
       {"universal_robots",
        kUniversalRobotsKeys,
        make_universal_robots_arm,
        universal_robots_ports,
        universal_robots_notes,
-       {"hecaton device ARM on", "hecaton resume ARM", "# the real arm ARM moves now: stand at its emergency stop"}},
+       {"hecaton device ARM on", "hecaton resume ARM", "# the real arm ARM moves now: stand at its emergency stop"},
+       nullptr,
+       universal_robots_signal,
+       kUniversalRobotsPorts},
       {"abb_egm",
        kAbbEgmKeys,
        make_abb_egm_arm,

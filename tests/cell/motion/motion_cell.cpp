@@ -85,8 +85,8 @@ ChildProcess& MotionCell::start(const std::string& program, const std::string& a
   return processes_.emplace_back(program, arguments);
 }
 
-ChildProcess& MotionCell::start_driver(const std::string& arm) {
-  return start("hecaton-arm-driver", arm);
+ChildProcess& MotionCell::start_driver(const std::string& arm, const std::string& checkpoint) {
+  return start("hecaton-arm-driver", arm, checkpoint);
 }
 ChildProcess& MotionCell::start_planner(const std::string& arm, const std::string& checkpoint) {
   return start("hecaton-planner", arm, checkpoint);

@@ -32,7 +32,8 @@ class MotionCell : public testing::Test {
   explicit MotionCell(int arms = 1, const std::string& obstacles = "", const std::string& defaults = "");
   ~MotionCell() override;
 
-  ChildProcess& start_driver(const std::string& arm = "arm1");
+  /// `checkpoint`: the driver's checkpoint file; empty: none.
+  ChildProcess& start_driver(const std::string& arm = "arm1", const std::string& checkpoint = "");
   /// `checkpoint`: the planner's checkpoint file; empty: none.
   ChildProcess& start_planner(const std::string& arm = "arm1", const std::string& checkpoint = "");
   ChildProcess& start_world();

@@ -70,6 +70,9 @@ void convert(const msg::Fault& fault) {
 void convert(const msg::ArmState& state) {
   static_cast<void>(client::to_public(state, Seconds{0.1}));
 }
+void convert(const msg::ToolState& state) {
+  static_cast<void>(client::to_public(state, Seconds{0.1}));
+}
 void convert(const msg::SupervisorReply& reply) {
   static_cast<void>(client::to_public(reply.status()));
 }

@@ -8,6 +8,10 @@
 
 namespace hecaton::device {
 
+inline constexpr std::string_view kSimulatedPorts =
+    "digital_input, digital_output, analog_input or analog_output, with a number behind it or without";
+/// See DeviceType::signal.
+[[nodiscard]] std::optional<SignalKind> simulated_signal(std::string_view port);
 [[nodiscard]] std::unique_ptr<ArmDevice> make_simulated_arm(const DeviceSetup& setup);
 
 }  // namespace hecaton::device

@@ -33,7 +33,10 @@ bool read_joints(ByteReader& reader, std::array<double, 6>& joints) {
   return std::all_of(joints.begin(), joints.end(), [&](double& joint) { return store(reader.f64(), joint); });
 }
 
-const std::array<Field, 8> kFields{{
+/// The fields from here on are inputs and outputs, which are asked for only if the cell file names signals.
+constexpr std::size_t kFirstIo = 8;
+
+const std::array<Field, 16> kFields{{
     {"timestamp", "DOUBLE", true, [](ByteReader& from, RobotData& to) { return store(from.f64(), to.timestamp); }},
     {"actual_q", "VECTOR6D", true, [](ByteReader& from, RobotData& to) { return read_joints(from, to.q); }},
     {"actual_qd", "VECTOR6D", true, [](ByteReader& from, RobotData& to) { return read_joints(from, to.qd); }},
@@ -45,16 +48,73 @@ const std::array<Field, 8> kFields{{
      [](ByteReader& from, RobotData& to) { return store(from.f64(), to.speed_scaling); }},
     {"target_speed_fraction", "DOUBLE", false,
      [](ByteReader& from, RobotData& to) { return store(from.f64(), to.target_speed_fraction); }},
+    {"actual_digital_input_bits", "UINT64", false,
+     [](ByteReader& from, RobotData& to) { return store(from.u64(), to.digital_inputs); }},
+    {"actual_digital_output_bits", "UINT64", false,
+     [](ByteReader& from, RobotData& to) { return store(from.u64(), to.digital_outputs); }},
+    {"standard_analog_input0", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.analog_inputs[0]); }},
+    {"standard_analog_input1", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.analog_inputs[1]); }},
+    {"standard_analog_output0", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.analog_outputs[0]); }},
+    {"standard_analog_output1", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.analog_outputs[1]); }},
+    {"tool_analog_input0", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.tool_analog_inputs[0]); }},
+    {"tool_analog_input1", "DOUBLE", false,
+     [](ByteReader& from, RobotData& to) { return store(from.f64(), to.tool_analog_inputs[1]); }},
 }};
 
-constexpr std::string_view kInputs = "speed_slider_mask,speed_slider_fraction";
+/// An input of RTDE and its size on the wire.
+struct Input {
+  std::string_view name;
+  enum class Type { kUint8, kUint32, kDouble } type;
+};
+constexpr std::array<Input, 12> kRobotInputs{{
+    {"speed_slider_mask", Input::Type::kUint32},
+    {"speed_slider_fraction", Input::Type::kDouble},
+    {"standard_digital_output_mask", Input::Type::kUint8},
+    {"standard_digital_output", Input::Type::kUint8},
+    {"configurable_digital_output_mask", Input::Type::kUint8},
+    {"configurable_digital_output", Input::Type::kUint8},
+    {"tool_digital_output_mask", Input::Type::kUint8},
+    {"tool_digital_output", Input::Type::kUint8},
+    {"standard_analog_output_mask", Input::Type::kUint8},
+    {"standard_analog_output_type", Input::Type::kUint8},
+    {"standard_analog_output_0", Input::Type::kDouble},
+    {"standard_analog_output_1", Input::Type::kDouble},
+}};
+
+/// Inputs with such names set the outputs of a bank; empty: the bank has no outputs.
+std::string_view input_of(IoBank bank) {
+  switch (bank) {
+    case IoBank::kDigitalOutput:
+      return "standard_digital_output";
+    case IoBank::kConfigurableOutput:
+      return "configurable_digital_output";
+    case IoBank::kToolOutput:
+      return "tool_digital_output";
+    case IoBank::kAnalogOutput:
+      return "standard_analog_output";
+    default:
+      return {};
+  }
+}
+
 constexpr std::string_view kNotFound = "NOT_FOUND";
 constexpr std::string_view kInUse = "IN_USE";
+
+bool all_finite(const std::array<std::optional<double>, 2>& values) {
+  return std::all_of(values.begin(), values.end(),
+                     [](const auto& value) { return std::isfinite(value.value_or(0.0)); });
+}
 
 bool is_finite(const RobotData& data) {
   const auto finite = [](double value) { return std::isfinite(value); };
   return std::all_of(data.q.begin(), data.q.end(), finite) && std::all_of(data.qd.begin(), data.qd.end(), finite) &&
-         finite(data.timestamp) && finite(data.speed_scaling) && finite(data.target_speed_fraction);
+         finite(data.timestamp) && finite(data.speed_scaling) && finite(data.target_speed_fraction) &&
+         all_finite(data.analog_inputs) && all_finite(data.tool_analog_inputs) && all_finite(data.analog_outputs);
 }
 
 }  // namespace
@@ -175,7 +235,9 @@ void RtdeClient::take_controller(std::string_view payload) {
                                 "." + std::to_string(*bugfix) + ", RTDE version " + std::to_string(version_));
   }
   outputs_.fields.clear();
-  for (std::size_t i = 0; i < kFields.size(); ++i) outputs_.fields.push_back(i);
+  for (std::size_t i = 0; i < kFields.size(); ++i) {
+    if (wants(i)) outputs_.fields.push_back(i);
+  }
   ask_outputs();
 }
 
@@ -214,31 +276,93 @@ void RtdeClient::take_outputs(std::string_view payload) {
   ask_inputs_or_start();
 }
 
+bool RtdeClient::wants(std::size_t field) const {
+  return field < kFirstIo || !setup_.ports.empty();
+}
+
+/// The inputs that this client writes. A controller gives each to one client only.
+std::vector<std::string> RtdeClient::inputs() const {
+  std::vector<std::string> names;
+  for (const Input& input : kRobotInputs) {
+    const bool slider = setup_.speed_slider && input.name.starts_with("speed_slider");
+    const bool of_port = std::any_of(setup_.ports.begin(), setup_.ports.end(), [&](const IoPort& port) {
+      const std::string_view begin = input_of(port.bank);
+      return !begin.empty() && input.name.starts_with(begin);
+    });
+    if (slider || of_port) names.emplace_back(input.name);
+  }
+  return names;
+}
+
 void RtdeClient::ask_inputs_or_start() {
-  const bool writes = setup_.speed_slider.has_value() && step_ == Step::kOutputs;
-  connection_.send(writes ? package(PackageType::kInputs, kInputs) : package(PackageType::kStart, {}));
+  const std::vector<std::string> names = inputs();
+  const bool writes = !names.empty() && step_ == Step::kOutputs;
+  std::string payload;
+  for (const std::string& name : names) payload += (payload.empty() ? "" : ",") + name;
+  connection_.send(writes ? package(PackageType::kInputs, payload) : package(PackageType::kStart, {}));
   step_ = writes ? Step::kInputs : Step::kStart;
 }
 
 void RtdeClient::take_inputs(std::string_view payload) {
   ByteReader reader(payload);
-  const std::uint8_t recipe = version_ > 1 ? reader.u8().value_or(0) : 0;
+  inputs_id_ = version_ > 1 ? reader.u8().value_or(0) : 0;
   const std::vector<std::string> types = split(reader.rest());
-  const auto has = [&](std::string_view word) { return std::find(types.begin(), types.end(), word) != types.end(); };
-  if (has(kInUse)) {
-    return fail("has a speed slider that another program sets (IN_USE): end that program, or remove speed_slider");
+  const std::vector<std::string> names = inputs();
+  const std::size_t count = std::min(types.size(), names.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool slider = names[i].starts_with("speed_slider");
+    const std::string what = slider ? "a speed slider" : "the output " + names[i];
+    const std::string remedy = slider ? "remove speed_slider" : "remove its signals";
+    if (types[i] == kInUse) {
+      return fail("has " + what + " that another program sets (IN_USE): end that program, or " + remedy);
+    }
+    if (types[i] == kNotFound) return fail("has no " + (slider ? "speed slider" : names[i]) + " on RTDE: " + remedy);
   }
-  if (has(kNotFound) || types.size() != 2) return fail("has no speed slider on RTDE: remove speed_slider");
-  write_speed_slider(recipe);
+  if (types.size() != names.size()) return fail("answers the list of RTDE inputs with another length");
+  if (setup_.speed_slider) {
+    write_inputs({{"speed_slider_mask", 1.0}, {"speed_slider_fraction", *setup_.speed_slider}});
+  }
   ask_inputs_or_start();
 }
 
-void RtdeClient::write_speed_slider(std::uint8_t recipe) {
+// A mask of 0, as in all inputs without a value, leaves the robot's output as it is.
+void RtdeClient::write_inputs(const std::map<std::string, double, std::less<>>& values) {
   std::string payload;
-  if (version_ > 1) put_u8(payload, recipe);
-  put_u32(payload, 1);  // mask: the fraction counts
-  put_f64(payload, *setup_.speed_slider);
+  if (version_ > 1) put_u8(payload, inputs_id_);
+  for (const std::string& name : inputs()) {
+    const auto found = values.find(name);
+    const double value = found == values.end() ? 0.0 : found->second;
+    const auto* input =
+        std::find_if(kRobotInputs.begin(), kRobotInputs.end(), [&](const Input& one) { return one.name == name; });
+    switch (input->type) {
+      case Input::Type::kUint8:
+        put_u8(payload, static_cast<std::uint8_t>(value));
+        break;
+      case Input::Type::kUint32:
+        put_u32(payload, static_cast<std::uint32_t>(value));
+        break;
+      case Input::Type::kDouble:
+        put_f64(payload, value);
+        break;
+    }
+  }
   connection_.send(package(PackageType::kData, payload));
+}
+
+DeviceResult RtdeClient::set_output(const IoPort& port, double value) {
+  const std::string name(input_of(port.bank));
+  if (name.empty()) return DeviceFailure{"an input of its robot cannot be set"};
+  if (step_ != Step::kData) return DeviceFailure{"its robot at " + setup_.address + " is not connected"};
+  const double mask = 1 << port.pin;
+  if (port.bank == IoBank::kAnalogOutput) {
+    if (!(value >= 0.0 && value <= kMostVolts)) return DeviceFailure{"an analog output must be 0 to 10 V"};
+    // The type has a bit for each output: 1 is a voltage. The value is a share of its range.
+    write_inputs(
+        {{name + "_mask", mask}, {name + "_type", mask}, {name + "_" + std::to_string(port.pin), value / kMostVolts}});
+  } else {
+    write_inputs({{name + "_mask", mask}, {name, value != 0.0 ? mask : 0.0}});
+  }
+  return {};
 }
 
 void RtdeClient::take_start(std::string_view payload) {

@@ -1,9 +1,12 @@
 #pragma once
-/// A client of RTDE (port 30004): the state of a robot in each of its cycles, and its speed slider.
+/// A client of RTDE (port 30004): the state of a robot in each of its cycles, and its speed slider, its inputs and
+/// outputs.
 
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +14,7 @@
 #include <vector>
 
 #include "services/arm_driver/devices/arm_device.hpp"
+#include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde.hpp"
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
 
@@ -26,12 +30,16 @@ struct RobotData {
   std::uint32_t runtime_state = 0;
   std::int32_t robot_mode = 0;
   std::int32_t safety_mode = 0;
+  // Inputs and outputs, if the client was asked for them and the controller has them.
+  std::optional<std::uint64_t> digital_inputs, digital_outputs;                                  ///< bits: io_ports.hpp
+  std::array<std::optional<double>, 2> analog_inputs{}, tool_analog_inputs{}, analog_outputs{};  ///< [V | A]
 };
 
 struct RtdeSetup {
   std::string address;
   double frequency = 500.0;            ///< of data wanted [Hz]; a CB3 sends 125 Hz at most
-  std::optional<double> speed_slider;  ///< to be set at the start, 0 to 1; empty: the client writes nothing
+  std::optional<double> speed_slider;  ///< to be set at the start, 0 to 1; empty: the client does not write it
+  std::vector<IoPort> ports = {};      ///< inputs and outputs to read, and the outputs to write
 };
 
 /// The difference between this machine's clock and the robot's, from the quickest packages.
@@ -56,6 +64,9 @@ class RtdeClient {
   void close();
   /// Call it once a period.
   void update(Clock::time_point now);
+
+  /// Sets an output of RtdeSetup::ports: 0 or 1, or [V]. Fails before the first data and beyond 10 V.
+  [[nodiscard]] DeviceResult set_output(const IoPort& port, double value);
 
   /// Why there are no data any more, as one sentence; empty: no failure.
   [[nodiscard]] const std::string& error() const { return error_; }
@@ -87,7 +98,9 @@ class RtdeClient {
   void ask_version(std::uint16_t version);
   void ask_outputs();
   void ask_inputs_or_start();
-  void write_speed_slider(std::uint8_t recipe);
+  [[nodiscard]] bool wants(std::size_t field) const;
+  [[nodiscard]] std::vector<std::string> inputs() const;
+  void write_inputs(const std::map<std::string, double, std::less<>>& values);
 
   RtdeSetup setup_;
   DeviceLog log_;
@@ -98,6 +111,7 @@ class RtdeClient {
   int version_ = 1;
   std::uint32_t major_version_ = 0;
   Recipe outputs_;
+  std::uint8_t inputs_id_ = 0;  ///< of the recipe of inputs()
   std::optional<RobotData> data_;
   Clock::time_point measured_at_;
   ClockOffset offset_;

@@ -7,6 +7,7 @@
 
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
+#include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/options.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
 #include "services/arm_driver/devices/universal_robots/robot_state.hpp"
@@ -33,13 +34,22 @@ constexpr double kLongestDelay = 1.0;  // [s]
 /// Time constant with which the lag follows a change of the speed scaling [s].
 constexpr double kSettling = 0.3;
 
+/// The ports of the signals. signal_kinds() has refused others.
+std::vector<IoPort> ports_of(const DeviceSetup& setup) {
+  std::vector<IoPort> ports;
+  for (const std::string& port : setup.signals) ports.push_back(parse_port(port).value_or(IoPort{}));
+  return ports;
+}
+
 class UniversalRobotsArm final : public ArmDevice {
  public:
   UniversalRobotsArm(const DeviceSetup& setup, Options options)
       : arm_(setup.arm),
         limits_(setup.limits),
         options_(std::move(options)),
-        rtde_({options_.robot_ip, 1.0 / std::chrono::duration<double>(setup.period).count(), options_.speed_slider},
+        ports_(ports_of(setup)),
+        rtde_({options_.robot_ip, 1.0 / std::chrono::duration<double>(setup.period).count(), options_.speed_slider,
+               ports_},
               setup.log),
         log_(setup.log) {}
 
@@ -103,6 +113,28 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   std::optional<OrderEnd> order_end() override { return std::exchange(order_.end, std::nullopt); }
+
+  // What the controller reports, also for outputs: a program or a person at the pendant may have set them.
+  [[nodiscard]] std::optional<double> signal(std::size_t index) const override {
+    if (!rtde_.data() || index >= ports_.size()) return std::nullopt;
+    const RobotData& data = *rtde_.data();
+    const IoPort& port = ports_[index];
+    const auto pin = static_cast<std::size_t>(port.pin);
+    switch (port.bank) {
+      case IoBank::kAnalogInput:
+        return data.analog_inputs[pin];
+      case IoBank::kToolAnalogInput:
+        return data.tool_analog_inputs[pin];
+      case IoBank::kAnalogOutput:
+        return data.analog_outputs[pin];
+      default:
+        break;
+    }
+    const auto& bits = kind_of(port.bank) == SignalKind::kDigitalInput ? data.digital_inputs : data.digital_outputs;
+    if (!bits) return std::nullopt;
+    return (*bits >> static_cast<unsigned>(bit_of(port)) & 1U) != 0 ? 1.0 : 0.0;
+  }
+  DeviceResult set_signal(std::size_t index, double value) override { return rtde_.set_output(ports_[index], value); }
 
   [[nodiscard]] double tracking_delay() const override {
     return std::min(kLongestDelay, options_.tracking_delay / std::max(kSlowest, settled_speed_));
@@ -337,6 +369,7 @@ class UniversalRobotsArm final : public ArmDevice {
   std::string arm_;
   JointLimits limits_;
   Options options_;
+  std::vector<IoPort> ports_;  ///< of the signals
   RtdeClient rtde_;
   DeviceLog log_;
   TcpConnection primary_;
@@ -364,6 +397,11 @@ bool is_calibrated(const planner::RobotModel& model) {
 }
 
 }  // namespace
+
+std::optional<SignalKind> universal_robots_signal(std::string_view port) {
+  const auto parsed = parse_port(port);
+  return parsed ? std::optional(kind_of(parsed->bank)) : std::nullopt;
+}
 
 std::unique_ptr<ArmDevice> make_universal_robots_arm(const DeviceSetup& setup) {
   return std::make_unique<UniversalRobotsArm>(setup, read_options(setup));

@@ -2,6 +2,7 @@
 /// An arm of Universal Robots, CB3 and e-Series (docs/how-to/universal-robots.md).
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,11 @@ namespace hecaton::device {
 inline const std::vector<std::string_view> kUniversalRobotsKeys{
     "robot_ip", "reverse_port", "pc_ip", "timeout", "lookahead_time", "gain", "tracking_delay", "speed_slider"};
 
+inline constexpr std::string_view kUniversalRobotsPorts =
+    "digital_input, configurable_input, digital_output or configurable_output with a number 0 to 7, or tool_input, "
+    "tool_output, analog_input, tool_analog_input or analog_output with a number 0 or 1, such as tool_output 0";
+/// See DeviceType::signal.
+[[nodiscard]] std::optional<SignalKind> universal_robots_signal(std::string_view port);
 [[nodiscard]] std::unique_ptr<ArmDevice> make_universal_robots_arm(const DeviceSetup& setup);
 [[nodiscard]] std::vector<ListeningPort> universal_robots_ports(const DeviceSetup& setup);
 /// Says when the description of the robot has no calibration of a real arm.

@@ -100,6 +100,8 @@ class Wait {
 inline constexpr Seconds kForever{std::numeric_limits<double>::infinity()};
 /// Default time limit of requests, orders and edits.
 inline constexpr Seconds kAnswerLimit{2.0};
+/// The same of an order to a gripper, which moves.
+inline constexpr Seconds kGripperLimit{15.0};
 
 /// A goal of one arm, as a future of its outcome. The destructor does not cancel the goal: the arm continues.
 class HECATON_API Goal {
@@ -168,6 +170,23 @@ class HECATON_API Arm {
   void stop(const Wait& wait = kAnswerLimit) const;    ///< as hold, latched until resume
   /// Sets the speed override of this arm, as Cell::set_speed.
   void set_speed(double speed, const Wait& wait = kAnswerLimit) const;
+
+  /// Closes the gripper on what is between its fingers, which becomes part of the arm, or opens it and releases that
+  /// where it is. The arm must stand. Returns when the gripper has arrived. Throws Rejected with the reason,
+  /// Unreachable when the driver of the arm does not answer within the limit, Interrupted.
+  void close_gripper(const GripOptions& options = {}, const Wait& wait = kGripperLimit) const;
+  void open_gripper(const GripOptions& options = {}, const Wait& wait = kGripperLimit) const;  ///< the inverse
+  /// Sets an output of the arm's device; of a simulated arm also an input. Throws as close_gripper.
+  void set_signal(const std::string& name, double value, const Wait& wait = kAnswerLimit) const;
+  /// Tells all planners where a joint outside the chain is, such as a finger without a gripper [rad | m]. Throws as
+  /// close_gripper.
+  void place_joint(const std::string& joint, double position, const Wait& wait = kAnswerLimit) const;
+  /// The newest state of gripper and signals. Throws Unreachable when the arm has neither or its driver does not run,
+  /// and Interrupted.
+  [[nodiscard]] ToolState tool(const Wait& wait = kAnswerLimit) const;
+  /// Waits until the signal has a value from `lowest` to `highest`. False: it had none within the limit. Throws
+  /// Rejected when the arm has no such signal, and as tool().
+  [[nodiscard]] bool wait_for_signal(const std::string& name, double lowest, double highest, const Wait& wait) const;
 
  private:
   friend class Cell;

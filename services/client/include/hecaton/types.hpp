@@ -111,6 +111,29 @@ struct ObstacleState {
   Seconds age{};                           ///< since the state was received
 };
 
+/// A signal of an arm's device.
+struct Signal {
+  std::string name;                             ///< in the cell file
+  SignalKind kind = SignalKind::kDigitalInput;  ///< of the port
+  std::optional<double> value;                  ///< as the device reports it; empty: it has not reported any
+};
+
+/// Gripper and signals of an arm.
+struct ToolState {
+  bool has_gripper = false;     ///< false: the next three mean nothing
+  bool moving = false;          ///< the gripper opens or closes
+  std::optional<double> width;  ///< of its opening [m]; empty: not known
+  std::string holding;          ///< obstacle that it holds; empty: none
+  std::vector<Signal> signals;  ///< in the order of their names
+  Seconds age{};                ///< since this state arrived
+};
+
+/// How a gripper shall open or close.
+struct GripOptions {
+  std::optional<double> width;  ///< of its opening [m]; empty: as far as it goes
+  std::optional<double> force;  ///< [N]; empty: the gripper's own
+};
+
 /// The state of an arm as its driver measured it.
 struct ArmState {
   ArmMode mode = ArmMode::kStarting;  ///< of its driver

@@ -52,9 +52,12 @@ class UniversalRobotsTest : public test::DrivenRobot<testing::Test> {
 
   void begin(const std::vector<std::string>& options = {}, const std::map<std::string, std::string>& keys = {}) {
     robot_.emplace(options);
-    device_ = make_universal_robots_arm(setup_for(robot_->address(), keys));
+    device::DeviceSetup setup = setup_for(robot_->address(), keys);
+    setup.signals = signals_;
+    device_ = make_universal_robots_arm(setup);
     drive("north", 6);
   }
+  std::vector<std::string> signals_;  ///< ports
   device::DeviceResult order(device::DeviceOrder what) {
     if (auto refused = device_->begin(what)) return refused;
     std::optional<device::OrderEnd> end;
@@ -165,6 +168,53 @@ TEST_F(UniversalRobotsTest, WaitsForPowerRemoteControlAndTheEndOfOtherPrograms) 
   const auto refused = device_->begin(device::DeviceOrder::kUnlock);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->text, "its robot is in no protective stop");
+}
+
+TEST_F(UniversalRobotsTest, ReadsAndSetsInputsAndOutputs) {
+  signals_ = {"digital_input 3", "tool_input 1",        "tool_output 0",   "configurable_output 7",
+              "analog_input 1",  "tool_analog_input 0", "analog_output 1", "digital_output 3"};
+  begin();
+  run();
+  const auto shows = [this](std::size_t index, double value) {
+    return until([&] { return std::abs(device_->signal(index).value_or(-1.0) - value) < 1e-9; });
+  };
+  EXPECT_TRUE(shows(0, 0.0));
+  robot_->order("digital_input 3 1");
+  robot_->order("digital_input 17 1");
+  EXPECT_TRUE(shows(0, 1.0));
+  EXPECT_TRUE(shows(1, 1.0));
+  robot_->order("analog_input 1 4.25");
+  robot_->order("analog_input 2 0.012");
+  EXPECT_TRUE(shows(4, 4.25));
+  EXPECT_TRUE(shows(5, 0.012));
+
+  for (const std::size_t output : {2U, 3U}) EXPECT_FALSE(device_->set_signal(output, 1.0));
+  EXPECT_FALSE(device_->set_signal(6, 2.5));
+  for (const std::size_t output : {2U, 3U}) EXPECT_TRUE(shows(output, 1.0));
+  EXPECT_TRUE(shows(6, 2.5));
+  EXPECT_TRUE(shows(7, 0.0)) << "the mask leaves other outputs alone";
+  const auto outputs = robot_->order("outputs");
+  EXPECT_EQ(outputs.at("digital"), (1 << 16) + (1 << 15));
+  EXPECT_DOUBLE_EQ(outputs.at("analog")[1], 2.5);
+  EXPECT_DOUBLE_EQ(outputs.at("analog")[0], 0.0);
+  EXPECT_FALSE(device_->set_signal(2, 0.0));
+  EXPECT_TRUE(shows(2, 0.0));
+  EXPECT_TRUE(shows(3, 1.0));
+
+  EXPECT_EQ(device_->set_signal(0, 1.0)->text, "an input of its robot cannot be set");
+  EXPECT_EQ(device_->set_signal(6, 10.5)->text, "an analog output must be 0 to 10 V");
+}
+
+TEST_F(UniversalRobotsTest, NamesOutputsThatAnotherProgramSets) {
+  signals_ = {"tool_output 0", "tool_analog_input 1"};
+  begin();
+  robot_->order("in_use tool_digital_output");
+  ASSERT_TRUE(until([this] { return text().find("(IN_USE)") != std::string::npos; })) << text();
+  EXPECT_NE(text().find("has the output tool_digital_output that another program sets"), std::string::npos) << text();
+  robot_->order("in_use");
+  robot_->order("not_found tool_analog_input1");
+  ASSERT_TRUE(until([this] { return session_->active(); })) << text();
+  EXPECT_FALSE(device_->signal(1)) << "an input that the controller does not have is not known";
 }
 
 TEST_F(UniversalRobotsTest, SurvivesHalfPackagesAndReportsTheSpeedSlider) {

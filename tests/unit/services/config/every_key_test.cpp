@@ -66,6 +66,8 @@ arms:
     poses: {home: [0.5], away: [-0.5]}
     start: away
     device: {type: simulated}
+    signals: {lamp: digital_output 3, belt: digital_output}
+    gripper: {width: 0.08, close: {lamp: 1}, open: {lamp: 0}, time: 300ms}
     method: local
     damper: {security_distance: 0.06, convergence_speed: 0.7, self_influence_distance: 0.3, self_security_distance: 0.02}
     follower: {deadlock_fraction: 0.2, exit_fraction: 0.7, resample_after: 2s, resample_growth: 1.5,
@@ -141,6 +143,7 @@ TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
       if (key == "pose_sequence" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
         continue;                    // see PoseSequenceTest, AreasTest
       if (key == "robot") continue;  // in place of urdf: see RobotCatalogue
+      if (key == "joint" || key == "closed" || key == "opened") continue;  // need fingers: see ToolKeys
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }
   }
@@ -302,6 +305,19 @@ TEST_F(EveryKeyTest, ClutterAndSensors) {
   EXPECT_DOUBLE_EQ(potential.influence_distance, 0.3);
   EXPECT_DOUBLE_EQ(potential.spacing, 0.07);
   EXPECT_TRUE(file_.cell.arms[1].sensors.empty());
+}
+
+TEST_F(EveryKeyTest, SignalsAndGripper) {
+  const ToolOptions& left = file_.tools[0];
+  ASSERT_EQ(left.signals.size(), 2U);
+  EXPECT_EQ(left.signals[1].name, "lamp");
+  EXPECT_EQ(left.signals[1].port, "digital_output 3");
+  ASSERT_TRUE(left.gripper);
+  EXPECT_DOUBLE_EQ(left.gripper->width, 0.08);
+  EXPECT_EQ(left.gripper->close.at("lamp"), 1.0);
+  EXPECT_EQ(left.gripper->open.at("lamp"), 0.0);
+  EXPECT_EQ(left.gripper->time, 300ms);
+  EXPECT_FALSE(file_.tools[1].gripper);
 }
 
 TEST_F(EveryKeyTest, ArmTakesDefaults) {

@@ -45,6 +45,37 @@ TEST_F(Edit, AddsMovesAndRemoves) {
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
 
+TEST_F(Edit, FollowsWhatAGripperGraspsAndReleases) {
+  world::ArmBodies north;
+  north.name = "north";
+  north.parts.push_back({0, "hand", {world::Sphere{0.05}}});
+  world_ = world::BulletWorld(world::Scene{{ball("a")}, 0.0, {0, 0, -9.81}}, {north});
+  const std::vector<world::Pose> links{world::Pose::Identity()};
+  ASSERT_TRUE(world_.set_arm(0, links, world::Pose::Identity()));
+  msg::ToolState tool;
+  tool.arm("north");
+  EXPECT_FALSE(edit_of(world_, tool));
+  tool.grasping("a");
+  auto edit = edit_of(world_, tool);
+  ASSERT_TRUE(edit);
+  EXPECT_EQ(edit->kind(), msg::EditKind::EDIT_ATTACH);
+  ASSERT_TRUE(apply_edit(world_, cell_, *edit).done());
+  EXPECT_FALSE(edit_of(world_, tool)) << "it is attached already";
+  tool.grasping("");
+  tool.holding("a");
+  EXPECT_FALSE(edit_of(world_, tool));
+  tool.holding("");
+  EXPECT_FALSE(edit_of(world_, tool)) << "only what is released is detached";
+  tool.releasing("a");
+  edit = edit_of(world_, tool);
+  ASSERT_TRUE(edit);
+  EXPECT_EQ(edit->kind(), msg::EditKind::EDIT_DETACH);
+  tool.arm("south");
+  EXPECT_FALSE(edit_of(world_, tool)) << "another arm carries it";
+  ASSERT_TRUE(apply_edit(world_, cell_, *edit).done());
+  EXPECT_FALSE(world_.obstacles()[0].attachment);
+}
+
 TEST_F(Edit, RefusesUnusableMessagesWithASentence) {
   msg::WorldEditRequest add = request(msg::EditKind::EDIT_ADD, "");
   EXPECT_EQ(apply_edit(world_, cell_, add).reason, "obstacle: name must not be empty");
