@@ -370,7 +370,7 @@ msg::WorldEditReply Connection::edit(msg::WorldEditRequest request, const Wait& 
   if (wait_until([&] { return edits.requests.matched() > 0; }, wait)) {
     // Several world services would all make the edit. The status throws when they belong to several cells.
     if (edits.requests.matched() > 1 && supervisors_.empty()) static_cast<void>(status(wait));
-    auto replies = call(edits, std::move(request), wait, {});
+    auto replies = call(edits, std::move(request), wait, {kAskAgain, Seconds::zero()});
     if (!replies.empty()) return std::move(replies.front());
   } else if (wait.stop.stop_requested()) {
     throw Interrupted("an edit of the world in " + where_ + " was interrupted");

@@ -161,6 +161,16 @@ std::vector<msg::WorldEditReply> EditReplies::take(const CheckpointWriter& write
   return ready;
 }
 
+bool TakenRequests::take(const msg::WorldEditRequest& request) {
+  constexpr std::size_t kMost = 1000;
+  if (request.request_id() == 0) return true;
+  std::pair<std::string, std::uint64_t> key{request.client(), request.request_id()};
+  if (std::find(taken_.rbegin(), taken_.rend(), key) != taken_.rend()) return false;
+  taken_.push_back(std::move(key));
+  if (taken_.size() > kMost) taken_.pop_front();
+  return true;
+}
+
 std::optional<msg::WorldEditRequest> edit_of(const world::BulletWorld& world, const msg::ToolState& state) {
   msg::WorldEditRequest request;
   request.client("driver/" + state.arm());
@@ -202,7 +212,7 @@ void GraspService::apply(const Edited& edited) {
 void EditService::apply(const Edited& edited) {
   const auto& unusable = edited.persistence.unusable();
   for (const auto& sample : requests_.take()) {
-    if (sample.disposed) continue;
+    if (sample.disposed || !taken_.take(sample.value)) continue;
     const msg::WorldEditRequest& request = sample.value;
     const world::EditResult result = unusable ? world::EditResult{world::EditRefusal::kNotNow, world_node(), *unusable}
                                               : apply_edit(edited.world, edited.cell, request);

@@ -52,6 +52,17 @@ class EditReplies {
   std::deque<std::pair<std::uint64_t, msg::WorldEditReply>> waiting_;
 };
 
+/// Tells repeated requests from new ones: a client repeats its request until the reply arrives, because the world may
+/// have discovered the client too late for the first one.
+class TakenRequests {
+ public:
+  /// False: the request was taken before. Requests with number 0 are all new. Remembers the last thousand.
+  [[nodiscard]] bool take(const msg::WorldEditRequest& request);
+
+ private:
+  std::deque<std::pair<std::string, std::uint64_t>> taken_;
+};
+
 /// What edits act on.
 struct Edited {
   world::BulletWorld& world;
@@ -91,6 +102,7 @@ class EditService {
  private:
   bus::Reader<msg::WorldEditRequest> requests_;
   bus::Writer<msg::WorldEditReply> replies_;
+  TakenRequests taken_;
   EditReplies waiting_;
 };
 

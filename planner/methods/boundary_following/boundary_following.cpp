@@ -116,8 +116,8 @@ void aim(FollowerMemory& memory, const Row& blocking) {
 
 }  // namespace
 
-void start_following(Follower follower, const JointLimits& limits, const JointVector& q, const JointVector& way_to_goal,
-                     const Row& blocking) {
+void start_following(BoundaryFollower follower, const JointLimits& limits, const JointVector& q,
+                     const JointVector& way_to_goal, const Row& blocking) {
   FollowerMemory& memory = follower.memory;
   Random& random = follower.random;
   follower.deviation.active = true;
@@ -140,11 +140,11 @@ void start_following(Follower follower, const JointLimits& limits, const JointVe
   aim(memory, blocking);
 }
 
-void resample_subspace(Follower follower, const JointVector& way_to_goal, std::span<const Row> rows) {
+void resample_subspace(BoundaryFollower follower, const JointVector& way_to_goal, std::span<const Row> rows) {
   follow_across(follower, way_to_goal, random_direction(follower.random, way_to_goal.size()), rows);
 }
 
-void follow_across(Follower follower, const JointVector& way_to_goal, const JointVector& across,
+void follow_across(BoundaryFollower follower, const JointVector& way_to_goal, const JointVector& across,
                    std::span<const Row> rows) {
   FollowerMemory& memory = follower.memory;
   const JointVector U1 = way_to_goal.normalized();
@@ -167,7 +167,8 @@ void follow_across(Follower follower, const JointVector& way_to_goal, const Join
   }
 }
 
-std::optional<JointVector> follow_boundary(Follower follower, const VelocityBounds& bounds, std::span<const Row> rows) {
+std::optional<JointVector> follow_boundary(BoundaryFollower follower, const VelocityBounds& bounds,
+                                           std::span<const Row> rows) {
   FollowerMemory& memory = follower.memory;
   const ProjectedConstraints projected = project(memory, bounds, rows);
   int followed = track(projected, memory.A_lock);
@@ -204,7 +205,7 @@ namespace {
 /// Factor of the deadlock fraction for an arm with the right of way, which is slow while other arms yield.
 constexpr double kPushFraction = 0.3;
 
-Follower follower_in(FollowerMemory& memory, MethodState state) {
+BoundaryFollower follower_in(FollowerMemory& memory, MethodState state) {
   return {memory, state.deviation, state.random};
 }
 
@@ -303,7 +304,7 @@ Redirection BoundaryFollowing::redirect(const MethodInput& input, const Constrai
   redirection.awaiting_rollout = update(input, constrained, way, state);
   if (!state.deviation.active) return redirection;
   // differs from paper: without a constraint to follow, the local planner continues straight.
-  const Follower follower = follower_in(follower_of(state.memory), state);
+  const BoundaryFollower follower = follower_in(follower_of(state.memory), state);
   redirection.velocity = follow_boundary(follower, constrained.bounds, input.rows);
   state.deviation.active = redirection.velocity.has_value();
   return redirection;

@@ -29,7 +29,7 @@ struct FollowerMemory {
 };
 
 /// State that the functions below change.
-struct Follower {
+struct BoundaryFollower {
   FollowerMemory& memory;
   Deviation& deviation;
   Random& random;
@@ -37,21 +37,21 @@ struct Follower {
 
 /// Begins boundary following at q. The first subspace of a goal contains q, the goal, and the upper or lower joint
 /// limits (drawn at random). Further subspaces contain a random direction. `blocking`: the row that blocks the arm.
-void start_following(Follower follower, const JointLimits& limits, const JointVector& q, const JointVector& way_to_goal,
-                     const Row& blocking);
+void start_following(BoundaryFollower follower, const JointLimits& limits, const JointVector& q,
+                     const JointVector& way_to_goal, const Row& blocking);
 
 /// A new subspace through q, which becomes q_lock: U₁ to the goal, U₂ random and orthogonal to it.
-void resample_subspace(Follower follower, const JointVector& way_to_goal, std::span<const Row> rows);
+void resample_subspace(BoundaryFollower follower, const JointVector& way_to_goal, std::span<const Row> rows);
 
 /// A new subspace through q, which becomes q_lock: U₁ to the goal, U₂ the part of `across` orthogonal to it. The arm
 /// turns towards U₂ first. No effect if `across` is parallel to `way_to_goal`.
-void follow_across(Follower follower, const JointVector& way_to_goal, const JointVector& across,
+void follow_across(BoundaryFollower follower, const JointVector& way_to_goal, const JointVector& across,
                    std::span<const Row> rows);
 
 /// The joint velocity along the boundary: the vertex of the projected constraints on the followed one, in direction S
 /// (fig. 9). The followed constraint changes when another one blocks (fig. 10). Zero if no motion in P is possible;
 /// nothing if no constraint is left to follow.
-[[nodiscard]] std::optional<JointVector> follow_boundary(Follower follower, const VelocityBounds& bounds,
+[[nodiscard]] std::optional<JointVector> follow_boundary(BoundaryFollower follower, const VelocityBounds& bounds,
                                                          std::span<const Row> rows);
 
 /// The cell file's map `follower`.

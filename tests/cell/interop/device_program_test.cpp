@@ -1,6 +1,7 @@
 /// A cell in which a separate program moves an arm: examples/device_program, of another DDS vendor.
 
 #include <hecaton/client.hpp>
+
 #include "tests/cell/cli/robot_cell.hpp"
 #include "tests/support/signal_process.hpp"
 

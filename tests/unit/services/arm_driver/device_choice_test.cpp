@@ -51,7 +51,8 @@ TEST(DeviceChoice, NamesTheArmInEachStep) {
 
 TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
   EXPECT_EQ(refusal("    device: {type: telepathic}\n"),
-            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control, program or observed");
+            "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control, program or "
+            "observed");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
             "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
   EXPECT_EQ(refusal("    device: simulated\n"),
@@ -150,7 +151,7 @@ TEST(DeviceChoice, RefusesAPluginThatCannotBeUsed) {
   const std::string other = refusal(plugin_device("serial", kPlugins + "/other_interface.so"));
   EXPECT_TRUE(other.starts_with("arms[0].device.plugin = " + kPlugins +
                                 "/other_interface.so was built for another program: it has 'interface 0', this one has "
-                                "'interface 1, Eigen "))
+                                "'interface 2, Eigen "))
       << other;
   EXPECT_EQ(refusal(plugin_device("simulated", kPlugins + "/two_types.so")),
             "arms[0].device.type = simulated must be serial, can_bus or observed: its plug-in " + kPlugins +

@@ -141,8 +141,8 @@ TEST(EveryKeyTextTest, NamesEveryKeyOfTheSchema) {
   for (const Section* section : all_sections()) {
     for (const std::string_view key : section->keys) {
       if (key == "pose_sequence" || key == "file" || key == "areas" || key == "spread" || key == "mean_wait")
-        continue;                    // see PoseSequenceTest, AreasTest
-      if (key == "robot") continue;  // in place of urdf: see RobotCatalogue
+        continue;                                                          // see PoseSequenceTest, AreasTest
+      if (key == "robot") continue;                                        // in place of urdf: see RobotCatalogue
       if (key == "joint" || key == "closed" || key == "opened") continue;  // need fingers: see ToolKeys
       EXPECT_NE(kText.find(std::string(key) + ":"), std::string::npos) << section->where << "." << key;
     }

@@ -96,7 +96,8 @@ TEST_F(Edit, AppliesTheRulesOfTheCellFile) {
     return apply_edit(world_, cell_, add).reason;
   };
   EXPECT_EQ(refusal(ball("two words")),
-            "obstacle 'two words': name = \"two words\" must be a name of 1 to 64 characters: a to z, A to Z, 0 to 9, '_', '-' or '.'");
+            "obstacle 'two words': name = \"two words\" must be a name of 1 to 64 characters: a to z, A to Z, 0 to 9, "
+            "'_', '-' or '.'");
   EXPECT_EQ(refusal(ball("a")), "obstacle 'a': name = a must be unique, but another obstacle has the same name");
   world::Obstacle far = ball("far");
   far.X_WO.translation().x() = 101.0;
@@ -107,6 +108,25 @@ TEST_F(Edit, AppliesTheRulesOfTheCellFile) {
             "obstacle 'a': pose.xyz[2] = -100.5 m must be between -100 and 100 m");
   EXPECT_EQ(world_.obstacles().size(), 1U);
   EXPECT_EQ(world_.snapshot().states[0].X_WO.translation().z(), 0.0);
+}
+
+TEST(TakenRequestsTest, TellRepeatedRequestsFromNewOnes) {
+  TakenRequests taken;
+  msg::WorldEditRequest one;
+  one.client("a");
+  EXPECT_TRUE(taken.take(one));
+  EXPECT_TRUE(taken.take(one)) << "without a number";
+  one.request_id(1);
+  EXPECT_TRUE(taken.take(one));
+  EXPECT_FALSE(taken.take(one));
+  msg::WorldEditRequest other = one;
+  other.client("b");
+  EXPECT_TRUE(taken.take(other));
+  for (std::uint64_t id = 2; id <= 1001; ++id) {
+    other.request_id(id);
+    EXPECT_TRUE(taken.take(other));
+  }
+  EXPECT_TRUE(taken.take(one)) << "forgotten";
 }
 
 TEST(MeasuredArmsTest, MoveOnWithTheirVelocityUntilTheNextState) {

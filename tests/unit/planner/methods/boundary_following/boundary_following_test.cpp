@@ -24,7 +24,7 @@ struct Following {
   Following(const Row& blocking, std::uint64_t seed) : random(seed) {
     start_following(follower(), kLimits, joints({0, 0}), joints({2, 0}), blocking);
   }
-  Follower follower() { return {memory, deviation, random}; }
+  BoundaryFollower follower() { return {memory, deviation, random}; }
 
   FollowerMemory memory;
   Deviation deviation;
