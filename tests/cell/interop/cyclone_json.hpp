@@ -54,7 +54,10 @@ inline void to_json(Json& json, const hecaton_msg_ArmState& m) {
           {"newest_term", std::to_string(m.newest_term)},
           {"planner", m.planner},
           {"stale_rejected", std::to_string(m.stale_rejected)},
-          {"cause", m.cause}};
+          {"cause", m.cause},
+          {"outside", m.outside},
+          {"outside_lower", m.outside_lower},
+          {"outside_upper", m.outside_upper}};
 }
 inline void to_json(Json& json, const hecaton_msg_ToolGoal& m) {
   json = {{"X_WT", m.X_WT},
