@@ -98,7 +98,7 @@ TEST_F(GripperCell, ListsReadsSetsAndAwaitsSignals) {
   EXPECT_EQ(late.code, 1);
   EXPECT_NE(late.err.find("signal pressure of arm north is 0 after"), std::string::npos) << late.err;
   const Ran unknown = run({"io", "north", "lamb"});
-  EXPECT_EQ(unknown.code, 2);
+  EXPECT_EQ(unknown.code, 3);
   EXPECT_NE(unknown.err.find("it has lamp, part and pressure"), std::string::npos) << unknown.err;
 }
 
