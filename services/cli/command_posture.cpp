@@ -59,13 +59,13 @@ void add_posture(CLI::App& app, Session& session) {
       app.add_subcommand("posture", "Tells the planners where joints outside the chain of an arm are, such as fingers");
   auto options = std::make_shared<Options>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
-  command->add_option("JOINT=POSITION", options->places, "of joints that have a range in the cell file [rad | m]")
+  command
+      ->add_option("POSITION", options->places, "JOINT=POSITION of a joint that has a range in the cell file [rad | m]")
       ->required()
       ->expected(1, 16);
   command->footer(
       "The order moves nothing: it is for joints that no gripper of Hecaton moves. Until you give it, planners count "
-      "the "
-      "whole range. Give it again before somebody moves the joint.");
+      "the whole range. Give it again before somebody moves the joint.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });
