@@ -1,5 +1,7 @@
 #include "planner/model/xacro.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -56,24 +58,30 @@ std::string missing_package(const std::string& reason) {
   return at == std::string::npos ? "" : reason.substr(at + kBefore.size(), end - at - kBefore.size());
 }
 
+/// A name that ROS allows for a package. Others, such as "../x", would leave the folder of an index.
+bool is_package_name(std::string_view name) {
+  return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.');
+  });
+}
+
 /// A folder with an index of packages, as ROS 2 has it below each prefix. Removed at the end.
 class PackageIndex {
  public:
+  /// Leaves out names that no package has. Throws std::system_error.
   explicit PackageIndex(const std::map<std::string, std::string>& packages) {
+    // mkdtemp() makes a folder of its own, which only this user can open.
     std::string name = (fs::temp_directory_path() / "hecaton-packages-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
     prefix_ = name;
-    const fs::path markers = prefix_ / "share" / "ament_index" / "resource_index" / "packages";
-    fs::create_directories(markers);
-    for (const auto& [package, folder] : packages) {
-      std::ofstream(markers / package).flush();
-      fs::create_directory_symlink(fs::absolute(folder), prefix_ / "share" / package);
+    try {
+      fill(packages);
+    } catch (...) {
+      remove();
+      throw;
     }
   }
-  ~PackageIndex() {
-    std::error_code ignored;
-    fs::remove_all(prefix_, ignored);
-  }
+  ~PackageIndex() { remove(); }
   PackageIndex(const PackageIndex&) = delete;
   PackageIndex& operator=(const PackageIndex&) = delete;
   PackageIndex(PackageIndex&&) = delete;
@@ -102,6 +110,20 @@ class PackageIndex {
   }
 
  private:
+  void fill(const std::map<std::string, std::string>& packages) const {
+    const fs::path markers = prefix_ / "share" / "ament_index" / "resource_index" / "packages";
+    fs::create_directories(markers);
+    for (const auto& [package, folder] : packages) {
+      if (!is_package_name(package)) continue;
+      std::ofstream(markers / package).flush();
+      fs::create_directory_symlink(fs::absolute(folder), prefix_ / "share" / package);
+    }
+  }
+  void remove() const {
+    std::error_code ignored;
+    fs::remove_all(prefix_, ignored);
+  }
+
   fs::path prefix_;
 };
 
@@ -149,7 +171,8 @@ constexpr std::size_t kMostFoundPackages = 64;
 
 }  // namespace
 
-std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources, const XacroOptions& options) {
+std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources,
+                                        const XacroOptions& options) try {
   std::vector<std::string> words{"xacro", sources.place(path).string()};
   for (const auto& [name, value] : options.arguments) words.push_back(name + ":=" + value);
   std::map<std::string, std::string> packages = options.packages;
@@ -170,6 +193,8 @@ std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& so
     throw ModelError(path + ": xacro cannot expand this file: " + in_quotes(reason, kLongestReason) + "; " +
                      remedy(missing, options));
   }
+} catch (const std::system_error& error) {
+  throw ModelError(path + ": there is no temporary folder for the packages of xacro: " + error.what());
 }
 
 }  // namespace hecaton::planner

@@ -65,7 +65,7 @@ void add_posture(CLI::App& app, Session& session) {
       ->expected(1, 16);
   command->footer(
       "The order moves nothing: it is for joints that no gripper of Hecaton moves. Until you give it, planners count "
-      "the whole range. Give it again before somebody moves the joint.");
+      "the whole range. Repeat the order before the joint moves.");
   command->callback([&session, options] {
     session.action = on_cell([&session, options] { return run(session.settings, *options); });
   });

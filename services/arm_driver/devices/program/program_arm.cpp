@@ -8,6 +8,7 @@
 
 #include <idl/device.h>
 
+#include "services/arm_driver/devices/duration_text.hpp"
 #include "services/arm_driver/devices/largest_step.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/bus/participant.hpp"
@@ -43,10 +44,6 @@ DeviceMode mode_of(msg::DeviceMode mode) {
       return DeviceMode::kFailed;
   }
   return DeviceMode::kFailed;
-}
-
-std::string milliseconds(Clock::duration time) {
-  return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count()) + " ms";
 }
 
 /// The topics of one arm. For one thread.

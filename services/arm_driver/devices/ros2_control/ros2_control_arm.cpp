@@ -1,10 +1,10 @@
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <exception>
 #include <utility>
 
+#include "services/arm_driver/devices/duration_text.hpp"
 #include "services/arm_driver/devices/largest_step.hpp"
 #include "services/arm_driver/devices/ros2_control/commands.hpp"
 #include "services/arm_driver/devices/ros2_control/connection.hpp"
@@ -35,12 +35,6 @@ struct Condition {
   DeviceMode mode = DeviceMode::kReady;
   std::string text;
 };
-
-std::string milliseconds(Clock::duration time) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f ms", std::chrono::duration<double, std::milli>(time).count());
-  return text;
-}
 
 class Ros2ControlArm final : public ArmDevice {
  public:

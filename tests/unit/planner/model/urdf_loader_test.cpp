@@ -374,6 +374,16 @@ TEST_F(Xacro, FindsPackagesThatTheUserNames) {
   EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
 }
 
+TEST_F(Xacro, WritesNothingOutsideOfItsFolder) {
+  install(kNeedsPackage);
+  const std::string outside = folder_.path("outside");
+  const std::string file = folder_.write("r.urdf.xacro", source_);
+  UrdfOptions options;
+  options.packages = {{outside, folder_.path("")}, {"../../../../../outside", folder_.path("")}};
+  EXPECT_THROW(static_cast<void>(load_urdf(file, options)), ModelError);
+  EXPECT_FALSE(std::filesystem::exists(outside));
+}
+
 TEST_F(Xacro, FindsThePackageThatTheFileIsIn) {
   install(kNeedsPackage);
   folder_.write("repository/package.xml", "<package><name>my_arm</name></package>");

@@ -238,7 +238,7 @@ TEST_F(Tool, OpensAndClosesAGripperBySignals) {
   use("    signals: {shut: digital_output 1, wide: digital_output 2}\n"
       "    gripper: {joint: grip, closed: 0, opened: 0.05, close: {shut: 1, wide: 0}, open: {shut: 0, wide: 1}, time: "
       "0.1s}\n");
-  EXPECT_EQ(state_.outside_lower()[0], 0.0) << "nobody knows where the fingers are";
+  EXPECT_EQ(state_.outside_lower()[0], 0.0) << "the device measures no position";
   EXPECT_EQ(state_.outside_upper()[0], 0.05);
   EXPECT_EQ(carry_out(DeviceOrder::DEVICE_CLOSE_TOOL).kind(), CauseKind::CAUSE_NONE);
   EXPECT_EQ(tool_.signals()[0].value(), 1.0);

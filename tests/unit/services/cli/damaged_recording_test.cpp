@@ -1,5 +1,5 @@
 /// Recordings that are cut at random places, or in which random bits are flipped: no reader crashes, no value is wrong,
-/// and each reader tells that something is missing.
+/// and each reader reports what is missing.
 ///
 /// HECATON_DAMAGES=1000 damages the recording so often (200). HECATON_RECORDING=FILE.mcap takes this recording instead
 /// of one of a simulation. HECATON_SEED=7 damages it at other places (1).
@@ -215,7 +215,8 @@ TEST_F(DamagedRecording, GivesNoWrongValue) {
   for (int i = 0; i < damages && !HasFailure(); ++i) {
     std::string damaged = bytes_;
     std::ostringstream what;
-    if (i % 2 == 0) {
+    const bool is_cut = i % 2 == 0;
+    if (is_cut) {
       ++cuts;
       damaged.resize(place());
       what << "cut at byte " << damaged.size();
@@ -226,14 +227,17 @@ TEST_F(DamagedRecording, GivesNoWrongValue) {
       what << "bit " << bit << " of byte " << at << " flipped";
     }
     SCOPED_TRACE(what.str() + " of " + std::to_string(bytes_.size()));
+    const int told_before = told_;
     check(damaged);
+    if (is_cut) {
+      EXPECT_GT(told_, told_before);
+    }
   }
   std::printf(
       "%d cuts and %d flipped bits of %s (%zu messages, %zu bytes): %d told, %llu messages left out, %llu ticks "
       "recomputed, none wrong\n",
       cuts, damages - cuts, original_.c_str(), contents_->messages.size(), bytes_.size(), told_,
       static_cast<unsigned long long>(lost_), static_cast<unsigned long long>(recomputed_));
-  EXPECT_GE(told_, cuts - 1) << "each cut is told";
   EXPECT_GT(recomputed_, 0U);
 }
 
