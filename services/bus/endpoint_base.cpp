@@ -170,27 +170,32 @@ bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, std:
                " above every known term");
     return false;
   }
+  note_writer(info, key, largest_term, now);
   return true;
 }
 
 bool ReaderBase::holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
-  const EndpointId writer = endpoint_id(info.publication_handle);
-  const auto report = [&](const EndpointId& second) {
-    participant_->refusals().note({.kind = RefusalKind::kSecondWriter,
-                                   .topic = std::string(info_.type),
-                                   .sender = second,
-                                   .key = key,
-                                   .text = "a second participant writes it",
-                                   .last = now});
-  };
-  if (info_.qos.reports_writers && admission_.changes.size() <= kMostKeys) {
-    if (admission_.changes[key].note(writer, now)) report(writer);
-  }
   if (info_.qos.hold.count() == 0 || admission_.holders.size() > kMostKeys) return true;
   StreamHolder& holder = admission_.holders[key];
-  if (!holder.admits(writer, now, info_.qos.hold)) return false;
-  if (const auto second = holder.take_challenger()) report(*second);
+  if (!holder.admits(endpoint_id(info.publication_handle), now, info_.qos.hold)) return false;
+  if (const auto second = holder.take_challenger()) report_second_writer(*second, key, now);
   return true;
+}
+
+void ReaderBase::note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term,
+                             Clock::time_point now) {
+  if (!info_.qos.reports_writers || admission_.changes.size() > kMostKeys) return;
+  const EndpointId writer = endpoint_id(info.publication_handle);
+  if (admission_.changes[key].note(writer, term, now)) report_second_writer(writer, key, now);
+}
+
+void ReaderBase::report_second_writer(const EndpointId& second, const std::string& key, Clock::time_point now) {
+  participant_->refusals().note({.kind = RefusalKind::kSecondWriter,
+                                 .topic = std::string(info_.type),
+                                 .sender = second,
+                                 .key = key,
+                                 .text = "a second participant writes it",
+                                 .last = now});
 }
 
 void ReaderBase::refuse(const dds::SampleInfo& info, RefusalKind kind, const std::string& text,

@@ -110,6 +110,8 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
     std::map<EndpointId, SampleRate> rates;  ///< by matched writer
   };
   [[nodiscard]] bool holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
+  void note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term, Clock::time_point now);
+  void report_second_writer(const EndpointId& second, const std::string& key, Clock::time_point now);
 
   struct Key {
     std::string text;

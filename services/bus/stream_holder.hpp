@@ -6,6 +6,7 @@
 /// which is shorter than the start of a process.
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -40,18 +41,25 @@ class StreamHolder {
 };
 
 /// Notices that two participants write one key at a time, where terms or a supervisor decide between them and no sample
-/// is refused. A change of the writer alone is a failover.
+/// is refused. A change of the writer alone is a failover. A supervisor that hears no other host goes on writing under
+/// its term until it hears its successor. It is no second writer either, because every reader follows the higher term.
 class WriterChanges {
  public:
   static constexpr int kMany = 12;                   ///< changes between two writers that are no failover
   static constexpr std::chrono::seconds kWindow{1};  ///< without a pause this long
 
-  /// True when the key has had many changes of its writer.
-  [[nodiscard]] bool note(const EndpointId& writer, Clock::time_point now) {
+  /// `term`: of the sample; 0 where the topic has none. True when the key has had many changes of its writer.
+  [[nodiscard]] bool note(const EndpointId& writer, std::uint64_t term, Clock::time_point now) {
+    if (term < term_ && replaced_ && replaced_->same_participant(writer)) return false;
     if (now - changed_ > kWindow) changes_ = 0;
-    if (last_ && !last_->same_participant(writer)) {
+    const bool changed = last_ && !last_->same_participant(writer);
+    if (changed) {
       ++changes_;
       changed_ = now;
+    }
+    if (term > term_) {
+      if (changed) replaced_ = last_;
+      term_ = term;
     }
     last_ = writer;
     return changes_ >= kMany;
@@ -59,6 +67,8 @@ class WriterChanges {
 
  private:
   std::optional<EndpointId> last_;
+  std::optional<EndpointId> replaced_;  ///< wrote last under the term before
+  std::uint64_t term_ = 0;              ///< the highest one
   Clock::time_point changed_;
   int changes_ = 0;
 };
