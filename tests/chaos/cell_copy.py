@@ -60,6 +60,7 @@ def section(document, key):
 
 
 def make_paths_absolute(document, folder):
+    beside(folder, document.get("security"), ("keystore",))
     for arm in [document.get("defaults") or {}, *document["arms"]]:
         for holder, keys in ((arm, PATHS), (arm.get("packages"), arm.get("packages")), (arm.get("strategy"), ("file",))):
             beside(folder, holder, keys)
@@ -174,6 +175,7 @@ obstacles:
     motion: {type: circle, centre: [0, 0, 0], angular_speed: 1}
 network: {transport: shm, interface: lo}
 supervision: {recovery: {node_silent: resume}, watchdog: 1s}
+security: {keystore: keys}
 """
 
 SEVERAL = """
@@ -199,6 +201,7 @@ class CopyTest(unittest.TestCase):
         self.assertEqual(document["arms"][0]["strategy"]["file"], "/cells/found.yaml")
         self.assertEqual(document["arms"][1]["urdf"], "/robots/b.urdf")
         self.assertEqual(document["obstacles"][0]["shapes"][0]["file"], "/cells/cart.stl")
+        self.assertEqual(document["security"]["keystore"], "/cells/keys")
 
     def test_obstacles_rest_at_their_initial_pose(self):
         cart, ball = document_of(SINGLE)["obstacles"]
