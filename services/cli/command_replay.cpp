@@ -71,29 +71,7 @@ ExitCode run_replay(const Options& options) {
   return ExitCode::kDone;
 }
 
-ExitCode run_explain(const Settings& settings, const Options& options) {
-  const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
-  std::string names;
-  bool known = false;
-  for (const planner::PlannedArm& planned : recording->files.cell.cell.arms) {
-    known = known || planned.arm.name == options.arm;
-    names += (names.empty() ? "" : ", ") + planned.arm.name;
-  }
-  if (!known) {
-    throw Failure(ExitCode::kBadInput,
-                  "--arm '" + config::printable(options.arm) + "' must be an arm of the recording: " + names);
-  }
-  const auto time = time_in(*recording, options.at, "--at");
-  recording->cell.move_to(time);
-  const std::vector<std::string> sentences = replay::explain(recording->cell.state(), options.arm, time);
-  std::string table;
-  for (const std::string& sentence : sentences) table += sentence + "\n";
-  const auto unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
-  print(settings, {{"arm", options.arm}, {"at_s", options.at}, {"unix_ms", unix_ms}, {"sentences", sentences}}, table);
-  return ExitCode::kDone;
-}
-
-/// The names of the arms, if the recording has them. Throws Failure.
+/// Throws Failure unless the recorded cell has all of the arms.
 void require_arms(const planner::Cell& cell, const std::vector<std::string>& arms) {
   std::string names;
   for (const std::string& name : names_of(cell)) names += (names.empty() ? "" : ", ") + name;
@@ -103,6 +81,19 @@ void require_arms(const planner::Cell& cell, const std::vector<std::string>& arm
     throw Failure(ExitCode::kBadInput,
                   "--arm '" + config::printable(arm) + "' must be an arm of the recording: " + names);
   }
+}
+
+ExitCode run_explain(const Settings& settings, const Options& options) {
+  const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
+  require_arms(recording->files.cell.cell, {options.arm});
+  const auto time = time_in(*recording, options.at, "--at");
+  const replay::LongestBinding before = replay::longest_binding(recording->cell, options.arm, time);
+  const std::vector<std::string> sentences = replay::explain(recording->cell.state(), options.arm, time, before);
+  std::string table;
+  for (const std::string& sentence : sentences) table += sentence + "\n";
+  const auto unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
+  print(settings, {{"arm", options.arm}, {"at_s", options.at}, {"unix_ms", unix_ms}, {"sentences", sentences}}, table);
+  return ExitCode::kDone;
 }
 
 Json json_of(const replay::ArmVerification& arm) {

@@ -4,6 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <tuple>
+#include <utility>
 
 #include "services/messages/names.hpp"
 #include "services/runtime/cause.hpp"
@@ -14,6 +17,9 @@ namespace hecaton::services::replay {
 namespace {
 
 using Sentences = std::vector<std::string>;
+
+constexpr std::chrono::seconds kWindow{10};              // of longest_binding()
+constexpr std::chrono::milliseconds kBetweenLooks{100};  // in it
 
 std::string number_text(double value, const char* format = "%.2f") {
   std::array<char, 32> text{};
@@ -78,7 +84,7 @@ double security_distance(const CellState& cell, const std::string& arm) {
   return 0.0;
 }
 
-void say_goal(const CellState& cell, const std::string& arm, Sentences& sentences) {
+void say_goal(const CellState& cell, const std::string& arm, const LongestBinding& before, Sentences& sentences) {
   const auto* goal = cell.goal(arm);
   if (goal == nullptr) {
     sentences.push_back(arm + " has no goal.");
@@ -100,6 +106,11 @@ void say_goal(const CellState& cell, const std::string& arm, Sentences& sentence
   }
   if (status.blocked_duration() > 0.0) {
     sentences.push_back(arm + " is held back for " + number_text(status.blocked_duration(), "%.1f") + " s.");
+  }
+  if (before.bound > 0.0) {
+    sentences.push_back("In the last " + number_text(before.window, "%.1f") + " s " + before.own + " and " +
+                        before.other + " bound its motion longer than any other pair: for " +
+                        number_text(before.bound, "%.1f") + " s.");
   }
   if (!status.recovery_action().empty()) sentences.push_back("Its planner " + status.recovery_action() + ".");
 }
@@ -142,11 +153,37 @@ void say_faults(const CellState& cell, Sentences& sentences) {
 
 }  // namespace
 
-std::vector<std::string> explain(const CellState& cell, const std::string& arm, bus::Clock::time_point now) {
+LongestBinding longest_binding(RecordedCell& cell, const std::string& arm, bus::Clock::time_point at) {
+  cell.move_to(at);
+  const auto* present = cell.state().goal(arm);
+  if (present == nullptr || is_final(present->value.state())) return {};
+  const std::string goal = present->value.goal();
+  const auto elapsed =
+      std::chrono::duration_cast<bus::Clock::duration>(std::chrono::duration<double>(present->value.elapsed()));
+  const auto begin = std::max(at - std::min<bus::Clock::duration>(kWindow, elapsed), cell.index().begin);
+  std::map<std::pair<std::string, std::string>, int> looks;
+  for (auto time = begin; time < at; time += kBetweenLooks) {
+    cell.move_to(time);
+    const auto* then = cell.state().goal(arm);
+    if (then == nullptr || then->value.goal() != goal || !then->value.has_binding()) continue;
+    ++looks[{then->value.binding_own(), then->value.binding_other()}];
+  }
+  cell.move_to(at);
+  LongestBinding longest{.window = std::chrono::duration<double>(at - begin).count()};
+  const auto most =
+      std::max_element(looks.begin(), looks.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == looks.end()) return longest;
+  longest.bound = std::min(most->second * std::chrono::duration<double>(kBetweenLooks).count(), longest.window);
+  std::tie(longest.own, longest.other) = most->first;
+  return longest;
+}
+
+std::vector<std::string> explain(const CellState& cell, const std::string& arm, bus::Clock::time_point now,
+                                 const LongestBinding& before) {
   Sentences sentences;
   say_mode(cell, arm, sentences);
   say_motion(cell, arm, now, sentences);
-  say_goal(cell, arm, sentences);
+  say_goal(cell, arm, before, sentences);
   say_inputs(cell, arm, now, sentences);
   say_faults(cell, sentences);
   return sentences;

@@ -4,13 +4,26 @@
 #include <string>
 #include <vector>
 
+#include "services/replay/recorded_cell.hpp"
 #include "services/view/cell_state.hpp"
 
 namespace hecaton::services::replay {
 
+/// Which pair of bodies bound the motion of an arm the longest before an instant.
+struct LongestBinding {
+  double window = 0.0;   ///< time before the instant that was looked at [s]
+  double bound = 0.0;    ///< of it the pair bound the motion [s]; 0: no pair did
+  std::string own = {};  ///< body of the arm
+  std::string other = {};
+};
+
+/// Looks at the goal that `arm` has at `at`, for the last ten seconds of it. Moves `cell` to `at`.
+[[nodiscard]] LongestBinding longest_binding(RecordedCell& cell, const std::string& arm, bus::Clock::time_point at);
+
 /// `arm`: of the cell. The sentences name the mode of the cell, what the arm does and why it stands, its goal, the pair
-/// of bodies that bounds its motion, what its planner tries, the ages of its inputs, and open faults.
+/// of bodies that bounds its motion, what its planner tries, the ages of its inputs, and open faults. With `before`
+/// also the pair that bound it the longest.
 [[nodiscard]] std::vector<std::string> explain(const CellState& cell, const std::string& arm,
-                                               bus::Clock::time_point now);
+                                               bus::Clock::time_point now, const LongestBinding& before = {});
 
 }  // namespace hecaton::services::replay

@@ -30,7 +30,7 @@ EDITS = 10  # largest number of tries
 CENTRE = ("0", "0", "0.75")  # [m] within reach of all arms
 STANDS = 1e-3  # [rad/s] of the fastest joint
 CAUSE = re.compile(r"\[(\w+)(?:, ([^\]]*))?\]\.$")
-BINDING = re.compile(r" and (\S+) bound its motion: ")
+BINDING = re.compile(r" and (\S+) bound its motion")
 
 
 class Stop:

@@ -570,5 +570,40 @@ TEST(Explain, SaysWhatBindsAnArm) {
   }
 }
 
+TEST(Explain, NamesThePairThatBoundAnArmTheLongest) {
+  const TemporaryFolder folder;
+  Tape tape({.path = folder.path("run.mcap")});
+  msg::GoalStatus goal = goal_status("g1", msg::GoalState::GOAL_ACTIVE, 1);
+  goal.binding_own("north/wrist");
+  tape.write(cell_mode(msg::Mode::MODE_RUN), 0s, 3);
+  // For the first second a post binds the arm, for the next three west does, and then nothing.
+  for (int i = 0; i < 50; ++i) {
+    goal.stamp_ns(i + 1);
+    goal.elapsed(0.1 * i);
+    goal.has_binding(i < 40);
+    goal.binding_other(i < 10 ? "post" : "west/forearm");
+    tape.write(goal, i * 100ms, 4);
+  }
+  goal = goal_status("g2", msg::GoalState::GOAL_ACTIVE, 51);
+  goal.elapsed(0.1);
+  tape.write(goal, 5s, 4);
+  const RecordingIndex index = index_recording(tape.close(), cell_file());
+  RecordedCell cell(index);
+  const auto at = index.begin + 4950ms;
+  const LongestBinding longest = longest_binding(cell, "north", at);
+  EXPECT_EQ(cell.now(), at);
+  EXPECT_EQ(longest.own, "north/wrist");
+  EXPECT_EQ(longest.other, "west/forearm");
+  EXPECT_NEAR(longest.bound, 3.0, 0.2);
+  EXPECT_NEAR(longest.window, 4.9, 0.05);
+  std::string text;
+  for (const std::string& sentence : explain(cell.state(), "north", at, longest)) text += sentence + "\n";
+  EXPECT_NE(text.find("In the last 4.9 s north/wrist and west/forearm bound its motion longer than any other pair: for "
+                      "3.0 s."),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(longest_binding(cell, "north", index.end).bound, 0.0) << "a new goal";
+}
+
 }  // namespace
 }  // namespace hecaton::services::replay
