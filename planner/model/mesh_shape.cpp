@@ -6,11 +6,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <optional>
-#include <set>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,6 +18,7 @@
 #include <tinyxml2.h>
 
 #include "planner/model/capsules.hpp"
+#include "planner/model/collada_check.hpp"
 #include "planner/model/convex_hull.hpp"
 #include "planner/model/source_file.hpp"
 #include "planner/model/xml_checks.hpp"
@@ -88,60 +86,6 @@ std::string lower_case_extension(const std::string& path) {
   return extension;
 }
 
-/// Checks of a Collada file that assimp 5.2 does not make. Assimp reads a list of indices without end where something
-/// else than a number stands in it. It follows a node that is inside itself without end. It needs the size of each
-/// array.
-class ColladaCheck {
- public:
-  /// `mesh`: the beginning of sentences. Throws ModelError.
-  ColladaCheck(const tinyxml2::XMLElement& root, std::string mesh) : mesh_(std::move(mesh)) {
-    read(root, "");
-    for (const auto& [node, unused] : inside_) require_end(node);
-  }
-
- private:
-  /// `node`: the nearest node with an identifier that has the element.
-  void read(const tinyxml2::XMLElement& element, std::string node) {
-    constexpr std::array<std::string_view, 4> kLists{"p", "h", "v", "vcount"};
-    const std::string name = element.Name();
-    const char* text = element.GetText();
-    const bool is_list = std::find(kLists.begin(), kLists.end(), name) != kLists.end();
-    if (is_list && text != nullptr &&
-        std::string_view(text).find_first_not_of("0123456789-+ \t\r\n") != std::string::npos)
-      throw ModelError(mesh_ + ": <" + name + "> must be a list of whole numbers");
-    constexpr unsigned kMostValues = 1U << 26U;
-    if (name.ends_with("_array") && element.UnsignedAttribute("count", kMostValues + 1) > kMostValues)
-      throw ModelError(mesh_ + ": <" + name + "> must have the attribute 'count', the number of its values");
-    const char* id = element.Attribute("id");
-    if (name == "node" && id != nullptr) {
-      inside_[node].insert(id);
-      node = id;
-    }
-    const char* url = element.Attribute("url");
-    if (name == "instance_node" && url != nullptr && *url == '#') inside_[node].insert(url + 1);
-    for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
-      read(*child, node);
-    }
-  }
-
-  /// The node is in none of the nodes that it has inside.
-  void require_end(const std::string& node) {
-    if (ended_.contains(node)) return;
-    if (!open_.insert(node).second)
-      throw ModelError(mesh_ + ": node " + in_quotes(node) + " must not be inside itself");
-    if (const auto found = inside_.find(node); found != inside_.end()) {
-      for (const std::string& inner : found->second) require_end(inner);
-    }
-    open_.erase(node);
-    ended_.insert(node);
-  }
-
-  std::string mesh_;
-  std::map<std::string, std::set<std::string>> inside_;  ///< identifiers of nodes, by that of the node that has them
-  std::set<std::string> open_;
-  std::set<std::string> ended_;
-};
-
 bool begins_as_lfs_pointer(const std::filesystem::path& place) {
   constexpr std::streamsize kEnough = 64;  // bytes
   std::string begin(kEnough, '\0');
@@ -174,7 +118,7 @@ Mesh load_mesh(const std::string& path, const Eigen::Vector3d& scale, const std:
     } catch (const ModelError& error) {
       throw ModelError(mesh + " cannot be read: " + error.what());
     }
-    if (document.RootElement() != nullptr) ColladaCheck(*document.RootElement(), mesh);
+    if (document.RootElement() != nullptr) check_collada(*document.RootElement(), mesh);
   }
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

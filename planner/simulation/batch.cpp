@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "planner/simulation/clutter.hpp"
 #include "planner/simulation/tasks.hpp"
 
 namespace hecaton::planner {

@@ -1,268 +1,41 @@
 #include "planner/simulation/tasks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
-#include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/methods/strategy/strategy.hpp"
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/whole_turns.hpp"
 #include "planner/simulation/task_shortage.hpp"
-#include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
 namespace {
 
-/// Starts and goals keep this much more than the security distance dₛ, so that the velocity dampers let the arm rest
-/// [m].
-constexpr double kRestMargin = 0.03;
 /// Initial guesses of the inverse kinematics lie this close to the cell's posture [rad].
 constexpr double kPostureWidth = 0.2;
 /// Configurations of a straight motion that are checked for contact.
 constexpr int kStraightSamples = 60;
-/// Largest motion of a point of a scripted obstacle between two samples of its script [m]. Between samples the distance
-/// is smaller by at most half of that, less than kRestMargin.
-constexpr double kSweepStep = 0.04;
-constexpr int kMostSweepSamples = 2000;
-/// Samples of a script from which the largest speed is taken.
-constexpr int kSpeedSamples = 64;
 /// A joint of this range or more has every posture of at least half of a turn twice [rad].
 constexpr double kTurnsMoreThanOnce = 3.0 * std::numbers::pi;
-constexpr std::span<const int> kNoArms;
 /// Postures drawn for an arm whose tool stays on a surface, until its tool lies in the task area.
 constexpr int kPostures = 500;
 /// The tool lies in the task area within this distance [m].
 constexpr double kAreaTolerance = 1e-3;
 
-/// Positions of the first joint at which links that only it moves are compared with static obstacles.
-constexpr int kFirstJointSamples = 32;
-constexpr int kMostNearPairs = 64;  ///< pairs of bodies that are compared in one posture
-
-/// The only joint that moves `link`; −1: none, or more than one.
-int only_joint(const RobotModel& model, int link) {
-  int only = -1;
-  for (; link >= 0; link = model.links[link].parent) {
-    const int joint = model.links[link].joint;
-    if (joint < 0 || joint == only) continue;
-    if (only >= 0) return -1;
-    only = joint;
-  }
-  return only;
-}
-
-bool moves_a_link_alone(const RobotModel& model, int joint) {
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    if (only_joint(model, link) == joint) return true;
-  }
-  return false;
-}
-
-/// Number of samples of the obstacle's script that satisfies kSweepStep.
-int sweep_samples(const world::Obstacle& obstacle) {
-  const double period = world::script_period(obstacle);
-  double radius = 0.0;
-  for (const world::PlacedShape& placed : obstacle.shapes) {
-    const world::BoundingSphere ball = world::bounding_sphere(placed.shape);
-    radius = std::max(radius, (placed.X_BS * ball.centre).norm() + ball.radius);
-  }
-  double fastest = 0.0;
-  for (int k = 0; k < kSpeedSamples; ++k) {
-    const world::Twist velocity = world::motion_at(obstacle, period * k / kSpeedSamples).velocity;
-    fastest = std::max(fastest, velocity.linear.norm() + velocity.angular.norm() * radius);
-  }
-  return std::clamp(static_cast<int>(std::ceil(period * fastest / kSweepStep)), 1, kMostSweepSamples);
-}
-
 }  // namespace
 
-std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random) {
-  std::vector<world::Obstacle> obstacles;
-  for (int i = 0; i < clutter.count; ++i) {
-    const auto half = [&] { return 0.5 * random.uniform(clutter.smallest, clutter.largest); };
-    world::Obstacle& obstacle = obstacles.emplace_back();
-    obstacle.name = "clutter" + std::to_string(i);
-    switch (random.next() % 3) {
-      case 0:
-        obstacle.shapes.push_back({world::Box{{half(), half(), half()}}});
-        break;
-      case 1:
-        obstacle.shapes.push_back({world::Sphere{half()}});
-        break;
-      default:
-        obstacle.shapes.push_back({world::Cylinder{half(), half()}});
-    }
-    const double r = random.uniform(clutter.inner, clutter.outer);
-    const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
-    obstacle.X_WO.translation() =
-        Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), random.uniform(clutter.lowest, clutter.highest));
-    obstacle.X_WO.linear() =
-        Eigen::AngleAxisd(random.uniform(0.0, std::numbers::pi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  }
-  return obstacles;
-}
-
 struct TaskGenerator::Impl {
-  explicit Impl(const Cell& task_cell) : cell(task_cell) {
-    const std::vector<Arm> arms = arms_of(cell);
-    for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-      geometries.emplace_back(arms, i).set_obstacles(cell.scene.obstacles);
-    }
-    for (const CellGeometry& geometry : geometries) distances.emplace_back(geometry);
+  explicit Impl(const Cell& task_cell) : cell(task_cell), clearance(cell) {
     // A flat area is in the plane of a planar arm: its points are within reach.
-    for (const Arm& arm : arms) on_surface.push_back(cell.tasks.half_height > 0.0 && tool_stays_on_surface(arm));
-    kinematics.resize(arms.size());
-    obstructions.resize(arms.size());
-    for (const CellGeometry& geometry : geometries) {
-      for (int other = 0; other < geometry.self(); ++other) can_meet = can_meet || geometry.gap_to_arm(other) < 0.0;
+    for (const PlannedArm& planned : cell.arms) {
+      on_surface.push_back(cell.tasks.half_height > 0.0 && tool_stays_on_surface(planned.arm));
     }
-    sweep_obstacles();
-    for (int i = 0; i < static_cast<int>(arms.size()); ++i) always_near.push_back(pairs_always_near(i));
-  }
-
-  using Widest = std::map<std::array<int, 3>, double>;  ///< [m], by own body, obstacle and its body
-
-  /// The largest distances of the bodies that one joint moves from static obstacles that they are near in every
-  /// posture, such as the turning base of an arm from a floor. No goal has such a pair farther apart.
-  Widest pairs_always_near(int i) {
-    const Arm& arm = cell.arms[i].arm;
-    Widest widest;
-    std::array<Clearance, kMostNearPairs> near_pairs;
-    for (int joint = 0; joint < arm.model->joints(); ++joint) {
-      if (!moves_a_link_alone(*arm.model, joint)) continue;
-      const double lower = std::isfinite(arm.limits.lower[joint]) ? arm.limits.lower[joint] : -std::numbers::pi;
-      const double upper = std::isfinite(arm.limits.upper[joint]) ? arm.limits.upper[joint] : std::numbers::pi;
-      JointVector q = JointVector::Zero(arm.model->joints()).cwiseMax(arm.limits.lower).cwiseMin(arm.limits.upper);
-      std::map<std::array<int, 3>, int> times;
-      for (int k = 0; k < kFirstJointSamples; ++k) {
-        q[joint] = lower + (upper - lower) * k / (kFirstJointSamples - 1);
-        forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
-        const int count =
-            distances[i].clearances({&kinematics[i], kinematics, sweep.front()},
-                                    {.others = rest_distance(i), .self = 0.0, .near_arms = kNoArms}, near_pairs);
-        for (const Clearance& c : std::span(near_pairs).first(count)) {
-          if (c.counterpart != Counterpart::kObstacle || only_joint(*arm.model, c.own_link) != joint) continue;
-          if (!std::holds_alternative<world::StaticMotion>(cell.scene.obstacles[c.other].motion)) continue;
-          const std::array<int, 3> pair = {c.own_body, c.other, c.other_body};
-          ++times[pair];
-          double& distance = widest.try_emplace(pair, c.distance).first->second;
-          distance = std::max(distance, c.distance);
-        }
-      }
-      std::erase_if(times, [](const auto& pair) { return pair.second == kFirstJointSamples; });
-      for (const auto& [pair, _] : times) widest.erase(pair);
-    }
-    std::erase_if(widest, [](const auto& pair) { return pair.second <= 0.0; });
-    return widest;
-  }
-
-  /// The pair is as near as its bodies are in every posture.
-  [[nodiscard]] bool unavoidably_near(int i, const Clearance& c) const {
-    if (c.counterpart != Counterpart::kObstacle) return false;
-    const auto pair = always_near[i].find({c.own_body, c.other, c.other_body});
-    return pair != always_near[i].end() && c.distance >= kRestShare * pair->second;
-  }
-
-  /// Samples all scripts. All obstacles get as many samples as the one that needs most.
-  void sweep_obstacles() {
-    const std::vector<world::Obstacle>& obstacles = cell.scene.obstacles;
-    std::vector<int> samples;
-    for (const world::Obstacle& obstacle : obstacles) samples.push_back(sweep_samples(obstacle));
-    const int most = samples.empty() ? 1 : *std::max_element(samples.begin(), samples.end());
-    for (int k = 0; k < most; ++k) {
-      std::vector<world::ObstacleState>& states = sweep.emplace_back();
-      for (std::size_t i = 0; i < obstacles.size(); ++i) {
-        const double time = world::script_period(obstacles[i]) * k / samples[i];
-        const world::MotionState at = world::motion_at(obstacles[i], time);
-        states.push_back({at.X_WO, at.velocity, 0.0});
-      }
-    }
-  }
-
-  [[nodiscard]] std::vector<world::ObstacleState> obstacles_at(double time) const {
-    std::vector<world::ObstacleState> states;
-    for (const world::Obstacle& obstacle : cell.scene.obstacles) {
-      const world::MotionState at = world::motion_at(obstacle, time);
-      states.push_back({at.X_WO, at.velocity, 0.0});
-    }
-    return states;
   }
 
   [[nodiscard]] int arms() const { return static_cast<int>(cell.arms.size()); }
-
-  void place(const CellConfiguration& q) {
-    for (int i = 0; i < arms(); ++i) {
-      const Arm& arm = cell.arms[i].arm;
-      forward_kinematics(*arm.model, arm.X_WB, q[i], kinematics[i]);
-    }
-  }
-
-  /// True if a pair of arm i that `counts` selects is nearer than `distance` [m]; `found` begins with it. `arms`: the
-  /// other arms considered; empty optional: all.
-  template <class Counts>
-  bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
-            const Counts& counts, std::optional<std::span<const int>> arms = {}) {
-    const int count = distances[i].clearances(
-        {&kinematics[i], kinematics, obstacles},
-        {.others = distance, .self = self_distance, .near_arms = arms, .self_share = kRestShare}, found);
-    const auto end = found.begin() + count;
-    const auto first = std::find_if(found.begin(), end, counts);
-    if (first == end) return false;
-    std::iter_swap(found.begin(), first);
-    return true;
-  }
-
-  /// True if arm i is clear of itself and of all places of obstacles.
-  bool free_alone(int i, const JointVector& q) {
-    const Arm& arm = cell.arms[i].arm;
-    forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
-    const DamperParameters& damper = cell.arms[i].parameters.damper;
-    const double distance = rest_distance(i);
-    const double self_distance = damper.self_security_distance + 0.5 * kRestMargin;
-    const auto alone = [&](const Clearance& c) {
-      return c.counterpart != Counterpart::kArm && !unavoidably_near(i, c);
-    };
-    for (const auto& states : sweep) {
-      if (!near(i, distance, self_distance, states, alone, kNoArms)) continue;
-      remember_obstruction(i, distance, self_distance);
-      return false;
-    }
-    return true;
-  }
-
-  /// Counts the pair that was too near in a draw of arm i: the first that near() found.
-  void remember_obstruction(int i, double distance, double self_distance) {
-    const Clearance& c = found.front();
-    const bool self = c.counterpart == Counterpart::kSelf;
-    const CellGeometry& geometry = geometries[i];
-    Obstruction& seen = obstructions[i][{self ? -1 : c.other, c.own_body, c.other_body}];
-    if (seen.draws++ == 0) {
-      seen.pair = geometry.own_name(c) + " and " + geometry.other_name(c);
-      seen.of_self = self;
-      seen.needed = self ? std::min(self_distance, kRestShare * geometry.widest(c.own_body, c.other_body)) : distance;
-      seen.farthest = c.distance;
-    }
-    seen.farthest = std::max(seen.farthest, c.distance);
-  }
-
-  bool apart(const CellConfiguration& q) {
-    place(q);
-    const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
-    for (int i = 0; i < arms(); ++i) {
-      if (near(i, rest_distance(i), 0.0, sweep.front(), arm_arm)) return false;
-    }
-    return true;
-  }
-
-  [[nodiscard]] double rest_distance(int i) const {
-    const LocalParameters& p = cell.arms[i].parameters;
-    const double least = p.damper.security_distance + kRestMargin;
-    return std::max(least, p.method->least_rest_distance().value_or(least));
-  }
 
   [[nodiscard]] JointVector draw_posture(const Arm& arm, Random& random) const {
     JointVector q(arm.model->joints());
@@ -296,7 +69,7 @@ struct TaskGenerator::Impl {
     bool reached = false;
     options.accept = [&](const JointVector& q) {
       reached = true;
-      return free_alone(i, q);
+      return clearance.clear_alone(i, q);
     };
     auto drawn = inverse_kinematics(arm, X_WT, start, options);
     if (!reached && on_surface[i]) {
@@ -314,13 +87,12 @@ struct TaskGenerator::Impl {
     const TaskArea& area = cell.tasks;
     for (int k = 0; k < kPostures; ++k) {
       JointVector q = draw_posture(arm, random);
-      forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
-      const Eigen::Vector3d offset = area.frame(arm.X_WB).inverse() * kinematics[i].X_WT.translation() - area.centre;
+      const Eigen::Vector3d offset = area.frame(arm.X_WB).inverse() * clearance.tool(i, q).translation() - area.centre;
       const bool inside = offset.head<2>().norm() <= area.radius + kAreaTolerance &&
                           std::abs(offset.z()) <= area.half_height + kAreaTolerance;
       if (!inside) continue;
       reached = true;
-      if (free_alone(i, q)) return q;
+      if (clearance.clear_alone(i, q)) return q;
     }
     return std::nullopt;
   }
@@ -334,14 +106,14 @@ struct TaskGenerator::Impl {
         if (!drawn) break;
         q.push_back(std::move(*drawn));
       }
-      if (static_cast<int>(q.size()) == arms() && apart(q)) return q;
+      if (static_cast<int>(q.size()) == arms() && clearance.clear_of_each_other(q)) return q;
     }
     return std::nullopt;
   }
 
   std::optional<CellConfiguration> draw_configuration(Random& random, int attempts) {
     tallies.assign(arms(), {});
-    obstructions.assign(arms(), {});
+    clearance.forget_obstructions();
     if (!cell.tasks.pose_sequence.empty()) return sequence_pose(random.next() % cell.tasks.pose_sequence.size());
     if (!cell.tasks.problem.areas.empty()) {
       const std::size_t turn = random.next() % 2;
@@ -353,15 +125,10 @@ struct TaskGenerator::Impl {
   /// For areas of their own: draws one arm after the other until it is clear of those before. Many arms drawn together
   /// would hardly ever be clear of each other.
   std::optional<CellConfiguration> draw_each(Random& random, int attempts) {
-    const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
     CellConfiguration q;
     std::vector<int> placed;
     for (int i = 0; i < arms(); ++i) {
-      const Arm& arm = cell.arms[i].arm;
-      const auto clear = [&](const JointVector& drawn) {
-        forward_kinematics(*arm.model, arm.X_WB, drawn, kinematics[i]);
-        return !near(i, rest_distance(i), 0.0, sweep.front(), arm_arm, placed);
-      };
+      const auto clear = [&](const JointVector& drawn) { return clearance.clear_of(i, drawn, placed); };
       std::optional<JointVector> drawn;
       for (int attempt = 0; attempt < attempts && !(drawn && clear(*drawn)); ++attempt) drawn = draw_arm(i, random);
       if (!drawn || !clear(*drawn)) return std::nullopt;
@@ -392,11 +159,8 @@ struct TaskGenerator::Impl {
     for (int i = 0; i < arms(); ++i) {
       const Arm& arm = cell.arms[i].arm;
       if (!turns_more_than_once(arm)) continue;
-      const auto touches = [](const Clearance& c) { return c.counterpart != Counterpart::kArm && c.distance <= 0.0; };
-      goals[i] = turns_with_free_way(arm, goals[i], starts[i], [&](const JointVector& q) {
-        forward_kinematics(*arm.model, arm.X_WB, q, kinematics[i]);
-        return !near(i, 0.0, 0.0, sweep.front(), touches, kNoArms);
-      });
+      goals[i] = turns_with_free_way(arm, goals[i], starts[i],
+                                     [&](const JointVector& q) { return !clearance.touches_alone(i, q); });
     }
   }
 
@@ -456,25 +220,18 @@ struct TaskGenerator::Impl {
         JointVector drawn = draw_in_area(i, area[i], random);
         const bool within =
             (drawn.array() >= limits.lower.array()).all() && (drawn.array() <= limits.upper.array()).all();
-        if (!within || !free_alone(i, drawn)) break;
+        if (!within || !clearance.clear_alone(i, drawn)) break;
         q.push_back(std::move(drawn));
       }
-      if (static_cast<int>(q.size()) == arms() && apart(q)) return q;
+      if (static_cast<int>(q.size()) == arms() && clearance.clear_of_each_other(q)) return q;
     }
     return std::nullopt;
   }
 
   Cell cell;
-  std::vector<CellGeometry> geometries;  ///< one per arm as the own arm
-  std::vector<ExactDistance> distances;
-  std::vector<Kinematics> kinematics;
-  std::vector<bool> on_surface;                          ///< of each arm: its tool stays on a surface in the area
-  std::vector<std::vector<world::ObstacleState>> sweep;  ///< of all obstacles, one entry per sample
-  std::array<Clearance, 8> found;
-  std::vector<Widest> always_near;                                      ///< of each arm
-  std::vector<DrawTally> tallies;                                       ///< of the last configuration
-  std::vector<std::map<std::array<int, 3>, Obstruction>> obstructions;  ///< of each arm, in draws of that configuration
-  bool can_meet = false;                                                ///< two arms reach a common point
+  RestClearance clearance;
+  std::vector<bool> on_surface;    ///< of each arm: its tool stays on a surface in the area
+  std::vector<DrawTally> tallies;  ///< of the last configuration
   std::string shortage;
 };
 
@@ -486,9 +243,7 @@ std::optional<CellConfiguration> TaskGenerator::draw_configuration(Random& rando
   auto drawn = impl_->draw_configuration(random, attempts);
   if (drawn) return drawn;
   for (std::size_t i = 0; i < impl_->tallies.size(); ++i) {
-    for (const auto& [key, seen] : impl_->obstructions[i]) {
-      if (seen.draws > impl_->tallies[i].most_frequent.draws) impl_->tallies[i].most_frequent = seen;
-    }
+    impl_->tallies[i].most_frequent = impl_->clearance.most_frequent_obstruction(static_cast<int>(i));
   }
   impl_->shortage = why_no_configuration(impl_->cell, impl_->tallies);
   return drawn;
@@ -511,16 +266,7 @@ const std::string& TaskGenerator::shortage() const {
 }
 
 bool TaskGenerator::clear_at(double time, const CellConfiguration& starts) {
-  const auto& obstacles = impl_->cell.scene.obstacles;
-  const auto passes = [&](const Clearance& c) {
-    return c.counterpart == Counterpart::kObstacle && world::is_scripted(obstacles[c.other].motion);
-  };
-  impl_->place(starts);
-  const auto states = impl_->obstacles_at(time);
-  for (int i = 0; i < impl_->arms(); ++i) {
-    if (impl_->near(i, impl_->rest_distance(i), 0.0, states, passes, kNoArms)) return false;
-  }
-  return true;
+  return impl_->clearance.clear_at(time, starts);
 }
 
 std::optional<double> TaskGenerator::draw_time(Random& random, double span, const CellConfiguration& starts,
@@ -549,7 +295,7 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
     if (!goals) return std::nullopt;
     impl_->unwind(starts, *goals);
     // One arm has no conflict, nor have arms that cannot reach each other.
-    const bool can_conflict = impl_->can_meet || impl_->cell.tasks.clutter.count > 0;
+    const bool can_conflict = impl_->clearance.can_meet() || impl_->cell.tasks.clutter.count > 0;
     if (impl_->arms() == 1 || !can_conflict || straight_motion_collides(starts, *goals)) return goals;
   }
   impl_->shortage = why_no_conflict(impl_->cell, attempts);
@@ -557,9 +303,6 @@ std::optional<CellConfiguration> TaskGenerator::draw_conflicting_goals(Random& r
 }
 
 bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, const CellConfiguration& goals) {
-  const auto arm_arm = [](const Clearance& c) { return c.counterpart == Counterpart::kArm; };
-  const auto not_self = [](const Clearance& c) { return c.counterpart != Counterpart::kSelf; };
-  bool (*const counts)(const Clearance&) = impl_->cell.tasks.clutter.count > 0 ? +not_self : +arm_arm;
   CellConfiguration q = starts;
   std::vector<bool> touched(impl_->arms(), false);
   for (int sample = 1; sample < kStraightSamples; ++sample) {
@@ -568,10 +311,7 @@ bool TaskGenerator::straight_motion_collides(const CellConfiguration& starts, co
       const JointLimits& limits = impl_->cell.arms[i].arm.limits;
       q[i] = starts[i] + share * joint_difference(limits, starts[i], goals[i]);
     }
-    impl_->place(q);
-    for (int i = 0; i < impl_->arms(); ++i) {
-      touched[i] = touched[i] || impl_->near(i, 0.0, 0.0, impl_->sweep.front(), counts);
-    }
+    impl_->clearance.note_touching(q, impl_->cell.tasks.clutter.count > 0, touched);
     const auto count = std::count(touched.begin(), touched.end(), true);
     if (count > 0 && (!impl_->cell.tasks.all_conflict || count == impl_->arms())) return true;
   }

@@ -7,14 +7,9 @@
 
 #include "planner/cell.hpp"
 #include "planner/local/random.hpp"
+#include "planner/simulation/rest_clearance.hpp"
 
 namespace hecaton::planner {
-
-/// One configuration per arm of the cell.
-using CellConfiguration = std::vector<JointVector>;
-
-/// Random static obstacles of one episode.
-[[nodiscard]] std::vector<world::Obstacle> draw_clutter(const Clutter& clutter, Random& random);
 
 /// Draws starts and goals of a cell's tasks (tasks: in the cell file). Not thread-safe.
 class TaskGenerator {
