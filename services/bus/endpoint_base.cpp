@@ -170,7 +170,6 @@ bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, std:
                " above every known term");
     return false;
   }
-  note_writer(info, key, largest_term, now);
   return true;
 }
 
@@ -182,9 +181,9 @@ bool ReaderBase::holds(const dds::SampleInfo& info, const std::string& key, Cloc
   return true;
 }
 
-void ReaderBase::note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term,
-                             Clock::time_point now) {
+void ReaderBase::note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term) {
   if (!info_.qos.reports_writers || admission_.changes.size() > kMostKeys) return;
+  const auto now = Clock::now();
   const EndpointId writer = endpoint_id(info.publication_handle);
   if (admission_.changes[key].note(writer, term, now)) report_second_writer(writer, key, now);
 }

@@ -81,6 +81,8 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   /// one writer, a leap of the term, or a key that another participant holds.
   [[nodiscard]] bool admit(const dds::SampleInfo& info, const std::string& key, std::uint64_t largest_term,
                            std::uint32_t most_a_second);
+  /// Reports a second writer of an admitted sample's key, see WriterChanges.
+  void note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term);
   /// Counts a refused sample for its writer. `key`: of a stream with two writers.
   void refuse(const dds::SampleInfo& info, RefusalKind kind, const std::string& text, const std::string& key = {});
   /// Forgets the key of a withdrawn sample and returns it; empty when it is unknown, or when another participant wrote
@@ -110,7 +112,6 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
     std::map<EndpointId, SampleRate> rates;  ///< by matched writer
   };
   [[nodiscard]] bool holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
-  void note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term, Clock::time_point now);
   void report_second_writer(const EndpointId& second, const std::string& key, Clock::time_point now);
 
   struct Key {

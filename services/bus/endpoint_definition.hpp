@@ -10,6 +10,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,16 @@ template <class T>
 [[nodiscard]] dds::TypeSupport make_type_support() {
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   return dds::TypeSupport(new GuardedType<T>(rule_of<T>(), kMostBytes));
+}
+
+/// The term by which readers choose between two writers of a key; 0: they choose otherwise.
+template <class T>
+[[nodiscard]] std::uint64_t deciding_term([[maybe_unused]] const T& sample) {
+  if constexpr (std::is_same_v<T, msg::CellMode>) {
+    return sample.term();
+  } else {
+    return 0;
+  }
 }
 
 /// Samples between the middleware's thread and the service's loop. The owner locks it.
@@ -189,6 +200,7 @@ struct Reader<T>::Impl : ReaderBase {
       } else {
         std::string key = key_of(scratch);
         if (!admit(info, key, last_check.largest_term, most_a_second)) continue;
+        note_writer(info, key, deciding_term(scratch));
         ++counters_.received;
         note_alive(info, key);
         counters_.overflowed +=

@@ -48,7 +48,8 @@ class WriterChanges {
   static constexpr int kMany = 12;                   ///< changes between two writers that are no failover
   static constexpr std::chrono::seconds kWindow{1};  ///< without a pause this long
 
-  /// `term`: of the sample; 0 where the topic has none. True when the key has had many changes of its writer.
+  /// `term`: by which readers choose between the writers; 0 where they choose otherwise. True when the key has had many
+  /// changes of its writer.
   [[nodiscard]] bool note(const EndpointId& writer, std::uint64_t term, Clock::time_point now) {
     if (term < term_ && replaced_ && replaced_->same_participant(writer)) return false;
     if (now - changed_ > kWindow) changes_ = 0;
