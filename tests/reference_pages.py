@@ -66,27 +66,19 @@ def sections_of(man):
     return found
 
 
-URDF_ONLY = "URDF only: "
-# Sentences of remarks that authors of scripts need; everything else of a command is said by its --help.
-FOR_SCRIPTS = re.compile(r"[Ee]xit code|safety function")
+# Sentences of remarks that authors of scripts need; options and everything else of a command are said by its --help.
+FOR_SCRIPTS = re.compile(r"[Ee]xit code")
 
 
 def commands(man):
-    """A line for each command: its usage, its sentence, and what its remarks say for scripts."""
-    sections = sections_of(man)
-    of_urdf = list(dict.fromkeys(row for _, _, rows, _ in sections for row in rows if row[1].startswith(URDF_ONLY)))
+    """A line for each command: its arguments, its sentence, and the exit codes of its own."""
     text = ""
-    for command, sentence, rows, remarks in sections:
-        # The page says how to get man pages and completions for all programs.
-        if command.split()[-1] == "man" or "completion" in command:
-            continue
-        whole = bool(of_urdf) and all(row in rows for row in of_urdf)
-        options = [f"[{argument.replace(', ', '|')}]" for argument, meaning in rows
-                   if argument.startswith("-") and not (whole and (argument, meaning) in of_urdf)] + ["[URDF]"] * whole
+    for command, sentence, _, remarks in sections_of(man):
         prose = [*filter(FOR_SCRIPTS.search, re.split(r"(?<=\.)\s+", " ".join(remarks.split())))]
-        text += " ".join([f"- `{' '.join([command, *options])}`: {sentence}", *prose]) + "\n"
-    if of_urdf:
-        text += f"\n`[URDF]` stands for `{' '.join(f'[{argument}]' for argument, _ in of_urdf)}`.\n"
+        # The page says how to get man pages and completions for all programs; a group without exit codes says nothing beside its members.
+        if command.split()[-1] == "man" or "completion" in command or (command.endswith(" COMMAND") and not prose):
+            continue
+        text += " ".join([f"- `{command}`: {sentence}", *prose]) + "\n"
     return text
 
 
@@ -241,7 +233,7 @@ BASE = """name: test
     poses: {{home: [0, -1.9, 2.6, 0, 0.6, 0]}}
 {arm}{obstacles}"""
 
-# Where a map of the section stands in the smallest cell file: its keys come into the place of KEYS.
+# Where a map of the section, or one key of it, stands in the smallest cell file: its keys come into the place of KEYS.
 PLACES = {
     "network": ("root", "network: {KEYS}"),
     "world": ("root", "world: {KEYS}"),
@@ -255,9 +247,9 @@ PLACES = {
     "arms[].sensors[]": ("arm", "sensors: [{name: eye, link: flange, position: [0, 0, 0], direction: [0, 0, 1], KEYS}]"),
     "obstacles[].shapes[]": ("obstacle", "{KEYS}"),
     "obstacles[].motion": ("motion", "KEYS"),
-    "obstacles[].shapes[] of type sphere": ("obstacle", "{type: sphere, KEYS}"),
-    "obstacles[].shapes[] of type capsule": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
-    "obstacles[].shapes[] of type cylinder": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),
+    "obstacles[].shapes[] of type sphere, capsule, cylinder: radius": ("obstacle", "{type: sphere, KEYS}"),
+    "obstacles[].shapes[] of type sphere, capsule, cylinder: length": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
+    "obstacles[].shapes[] of type sphere, capsule, cylinder: height": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),
     "obstacles[].motion of type waypoints": ("motion", "type: waypoints, poses: [{}, {xyz: [1, 0, 0]}], speed: 1, KEYS"),
     "obstacles[].motion of type circle": ("motion", "type: circle, centre: [9, 9, 9], angular_speed: 1, KEYS"),
     "obstacles[].motion of type sine": ("motion", "type: sine, direction: [1, 0, 0], amplitude: 1, period: 1s, KEYS"),
@@ -269,7 +261,7 @@ UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "": 1.0}
 
 
 def cell_text(where, key, value, urdf):
-    place = PLACES.get(where) or ("arm", f"{where.removeprefix('arms[].')}: {{KEYS}}")
+    place = PLACES.get(f"{where}: {key}") or PLACES.get(where) or ("arm", f"{where.removeprefix('arms[].')}: {{KEYS}}")
     kind, template = place
     entries = re.sub(rf"(?<![\w]){key}: (?:\[[^]]*\]|[^,}}]+), (?=.*KEYS)", "", template)
     text = entries.replace("KEYS", f"{key}: {value}")
