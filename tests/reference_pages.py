@@ -233,7 +233,7 @@ BASE = """name: test
     poses: {{home: [0, -1.9, 2.6, 0, 0.6, 0]}}
 {arm}{obstacles}"""
 
-# Where a map of the section, or one key of it, stands in the smallest cell file: its keys come into the place of KEYS.
+# Where a map of the section stands in the smallest cell file: its keys come into the place of KEYS.
 PLACES = {
     "network": ("root", "network: {KEYS}"),
     "world": ("root", "world: {KEYS}"),
@@ -247,9 +247,9 @@ PLACES = {
     "arms[].sensors[]": ("arm", "sensors: [{name: eye, link: flange, position: [0, 0, 0], direction: [0, 0, 1], KEYS}]"),
     "obstacles[].shapes[]": ("obstacle", "{KEYS}"),
     "obstacles[].motion": ("motion", "KEYS"),
-    "obstacles[].shapes[] of type sphere, capsule, cylinder: radius": ("obstacle", "{type: sphere, KEYS}"),
-    "obstacles[].shapes[] of type sphere, capsule, cylinder: length": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
-    "obstacles[].shapes[] of type sphere, capsule, cylinder: height": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),
+    "obstacles[].shapes[] of type sphere": ("obstacle", "{type: sphere, KEYS}"),
+    "obstacles[].shapes[] of type capsule": ("obstacle", "{type: capsule, radius: 1, length: 1, KEYS}"),
+    "obstacles[].shapes[] of type cylinder": ("obstacle", "{type: cylinder, radius: 1, height: 1, KEYS}"),
     "obstacles[].motion of type waypoints": ("motion", "type: waypoints, poses: [{}, {xyz: [1, 0, 0]}], speed: 1, KEYS"),
     "obstacles[].motion of type circle": ("motion", "type: circle, centre: [9, 9, 9], angular_speed: 1, KEYS"),
     "obstacles[].motion of type sine": ("motion", "type: sine, direction: [1, 0, 0], amplitude: 1, period: 1s, KEYS"),
@@ -261,7 +261,7 @@ UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "": 1.0}
 
 
 def cell_text(where, key, value, urdf):
-    place = PLACES.get(f"{where}: {key}") or PLACES.get(where) or ("arm", f"{where.removeprefix('arms[].')}: {{KEYS}}")
+    place = PLACES.get(where) or ("arm", f"{where.removeprefix('arms[].')}: {{KEYS}}")
     kind, template = place
     entries = re.sub(rf"(?<![\w]){key}: (?:\[[^]]*\]|[^,}}]+), (?=.*KEYS)", "", template)
     text = entries.replace("KEYS", f"{key}: {value}")
