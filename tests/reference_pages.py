@@ -135,6 +135,7 @@ def topics_parts(root):
     known, files = structs(root), {}
     for name, key, writers, readers, qos in topic_rows((root / "services/bus/topics.hpp").read_text()):
         content, file = known[name]
+        content = re.split(r"(?<=\.) (?=[A-Z])", content)[0].rstrip(".")  # the IDL file has the rest
         content = re.sub(r" \(docs/(\S+?\.md)\)", r" ([why](../\1))", content)
         files.setdefault(file, []).append(f"| `hecaton/{name}` | {content} | {key_text(key)} | {', '.join(writers)} "
                                           f"| {', '.join(readers)} | {delivery(qos)} |\n")
