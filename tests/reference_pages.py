@@ -7,7 +7,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cli.md | usage of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | robots.md | `hecaton robots`: generated |
-| faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
+| faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated list |
 | all documents | --help: the commands and options of `hecaton`, `hecaton-strategies` and `hecaton-chaos` in code exist |
 | docs/README.md | docs/: it lists every page; the list of design notes is generated |
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
@@ -29,11 +29,6 @@ def output(*command):
 
 
 # --- cli.md
-
-
-def escaped(text):
-    """For a cell of a table; options and placeholders keep their look without backquotes."""
-    return text.replace("|", "\\|").replace("<", "\\<")
 
 
 def plain(troff):
@@ -83,10 +78,10 @@ def commands(man):
 
 
 def exit_codes(program):
-    """The table of what its --help ends with: "Exit codes: 0 done; 1 …"."""
+    """The list of what its --help ends with: "Exit codes: 0 done; 1 …"."""
     codes = " ".join(output(program, "--help").split()).rsplit("Exit codes: ", 1)[1].rstrip(".")
     rows = [entry.split(" ", 1) for entry in re.split(r"; (?=\d+ )", codes)]
-    return "| code | meaning |\n|---|---|\n" + "".join(f"| {code} | {escaped(text)} |\n" for code, text in rows)
+    return "".join(f"- {code}: {text}\n" for code, text in rows)
 
 
 def cli_parts(binaries):
@@ -182,8 +177,7 @@ def causes_part(root):
     for section, rows in cause_sections(root).items():
         if section == "Faults":
             continue
-        text += f"### {section}\n| kind | meaning |\n|---|---|\n"
-        text += "".join(f"| `{kind}` | {escaped(meaning)} |\n" for kind, meaning in rows) + "\n"
+        text += f"### {section}\n" + "".join(f"- `{kind}`: {meaning}\n" for kind, meaning in rows) + "\n"
     return {"causes": text.rstrip() + "\n"}
 
 
