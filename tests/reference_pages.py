@@ -7,7 +7,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cli.md | usage of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | robots.md | `hecaton robots`: generated |
-| faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated table |
+| faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated list |
 | all documents | --help: the commands and options of `hecaton`, `hecaton-strategies` and `hecaton-chaos` in code exist |
 | docs/README.md | docs/: it lists every page; the list of design notes is generated |
 | cell-file.md | `hecaton check`: the ranges and the choices in the column "allowed" are those that it enforces |
@@ -29,11 +29,6 @@ def output(*command):
 
 
 # --- cli.md
-
-
-def escaped(text):
-    """For a cell of a table; options and placeholders keep their look without backquotes."""
-    return text.replace("|", "\\|").replace("<", "\\<")
 
 
 def plain(troff):
@@ -66,35 +61,27 @@ def sections_of(man):
     return found
 
 
-URDF_ONLY = "URDF only: "
-# Sentences of remarks that authors of scripts need; everything else of a command is said by its --help.
-FOR_SCRIPTS = re.compile(r"[Ee]xit code|safety function")
+# Sentences of remarks that authors of scripts need; options and everything else of a command are said by its --help.
+FOR_SCRIPTS = re.compile(r"[Ee]xit code")
 
 
 def commands(man):
-    """A line for each command: its usage, its sentence, and what its remarks say for scripts."""
-    sections = sections_of(man)
-    of_urdf = list(dict.fromkeys(row for _, _, rows, _ in sections for row in rows if row[1].startswith(URDF_ONLY)))
+    """A line for each command: its arguments, its sentence, and the exit codes of its own."""
     text = ""
-    for command, sentence, rows, remarks in sections:
-        # The page says how to get man pages and completions for all programs.
-        if command.split()[-1] == "man" or "completion" in command:
-            continue
-        whole = bool(of_urdf) and all(row in rows for row in of_urdf)
-        options = [f"[{argument.replace(', ', '|')}]" for argument, meaning in rows
-                   if argument.startswith("-") and not (whole and (argument, meaning) in of_urdf)] + ["[URDF]"] * whole
+    for command, sentence, _, remarks in sections_of(man):
         prose = [*filter(FOR_SCRIPTS.search, re.split(r"(?<=\.)\s+", " ".join(remarks.split())))]
-        text += " ".join([f"- `{' '.join([command, *options])}`: {sentence}", *prose]) + "\n"
-    if of_urdf:
-        text += f"\n`[URDF]` stands for `{' '.join(f'[{argument}]' for argument, _ in of_urdf)}`.\n"
+        # The page says how to get man pages and completions for all programs; a group without exit codes says nothing beside its members.
+        if command.split()[-1] == "man" or "completion" in command or (command.endswith(" COMMAND") and not prose):
+            continue
+        text += " ".join([f"- `{command}`: {sentence}", *prose]) + "\n"
     return text
 
 
 def exit_codes(program):
-    """The table of what its --help ends with: "Exit codes: 0 done; 1 …"."""
+    """The list of what its --help ends with: "Exit codes: 0 done; 1 …"."""
     codes = " ".join(output(program, "--help").split()).rsplit("Exit codes: ", 1)[1].rstrip(".")
     rows = [entry.split(" ", 1) for entry in re.split(r"; (?=\d+ )", codes)]
-    return "| code | meaning |\n|---|---|\n" + "".join(f"| {code} | {escaped(text)} |\n" for code, text in rows)
+    return "".join(f"- {code}: {text}\n" for code, text in rows)
 
 
 def cli_parts(binaries):
@@ -143,6 +130,7 @@ def topics_parts(root):
     known, files = structs(root), {}
     for name, key, writers, readers, qos in topic_rows((root / "services/bus/topics.hpp").read_text()):
         content, file = known[name]
+        content = re.split(r"(?<=\.) (?=[A-Z])", content)[0].rstrip(".")  # the IDL file has the rest
         content = re.sub(r" \(docs/(\S+?\.md)\)", r" ([why](../\1))", content)
         files.setdefault(file, []).append(f"| `hecaton/{name}` | {content} | {key_text(key)} | {', '.join(writers)} "
                                           f"| {', '.join(readers)} | {delivery(qos)} |\n")
@@ -189,8 +177,7 @@ def causes_part(root):
     for section, rows in cause_sections(root).items():
         if section == "Faults":
             continue
-        text += f"### {section}\n| kind | meaning |\n|---|---|\n"
-        text += "".join(f"| `{kind}` | {escaped(meaning)} |\n" for kind, meaning in rows) + "\n"
+        text += f"### {section}\n" + "".join(f"- `{kind}`: {meaning}\n" for kind, meaning in rows) + "\n"
     return {"causes": text.rstrip() + "\n"}
 
 

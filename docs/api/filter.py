@@ -3,7 +3,7 @@
 
 usage: filter.py FILE
 
-Of a header, the comment at the top describes the file. Of an IDL file, annotations go, modules are namespaces, and every
+Of a header, the comment at the top describes the file, and functions of one meaning get one sentence. Of an IDL file, annotations go, modules are namespaces, and every
 comment documents what stands beside or below it. A field without a comment that common.idl explains gets its sentence.
 """
 import pathlib
@@ -11,10 +11,14 @@ import re
 import sys
 
 
+DESCRIBE = "Saves or loads each member, so that a recording can be recomputed."
+
+
 def header_text(text):
     """The comment behind `#pragma once` belongs to the file. Macros go: they are no part of the interface."""
     text = text.replace("#pragma once\n///", "/// \\file\n///", 1)
     text = re.sub(r"^ *#(?:define|undef) (?:.*\\\n)*.*$", lambda found: "\n" * found[0].count("\n"), text, flags=re.M)
+    text = re.sub(r"^( *)(void describe\(MemoryArchive& archive\) \{)", rf"\1/** {DESCRIBE} */ \2", text, flags=re.M)
     return re.sub(r"^HECATON_TOPICS\(.*$|^inline constexpr std::array kTopics.*$", "", text, flags=re.M)
 
 

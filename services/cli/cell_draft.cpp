@@ -534,7 +534,11 @@ std::string next_steps(const config::CellFile& file, const std::vector<config::F
   commands.push_back("hecaton goal " + arm.name + " --named " + pose + " --wait");
   std::string text = (has_tasks ? "next: hecaton simulate " + path + " --tasks 100\n"
                                 : "next: add tasks, or begin with a live cell\n") +
-                     "then: hecaton up " + path + "\nand in a second terminal:\n";
+                     "then: hecaton up " + path + "\n";
+  if (file.hosts.size() > 1) {
+    text += "or on each host, with its name: hecaton agent " + path + " --host " + file.hosts.front().name + "\n";
+  }
+  text += "and in a second terminal:\n";
   const std::string cell = has_own_network(file) ? " --cell " + path : "";
   for (const std::string& command : commands) {
     text += "  " + command + (command.starts_with('#') ? "" : cell) + "\n";

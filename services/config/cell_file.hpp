@@ -83,7 +83,7 @@ struct Gripper {
 /// Tool and signals of an arm.
 struct ToolOptions {
   std::vector<SignalOptions> signals;  ///< in the order of their names
-  std::optional<Gripper> gripper;
+  std::optional<Gripper> gripper;      ///< none: `hecaton tool` has nothing to move
 };
 
 /// The supervisor's hosts, and the time limits of fault detection.
@@ -118,9 +118,9 @@ struct View {
 /// `record`: the service hecaton-recorder. It keeps the last minutes of the cell, and what was before and after a
 /// fault.
 struct Record {
-  std::string host;    ///< of the service; its agent starts it
-  std::string folder;  ///< of its files, on that host
-  std::chrono::nanoseconds keep = std::chrono::minutes(10);
+  std::string host;                                                ///< of the service; its agent starts it
+  std::string folder;                                              ///< of its files, on that host
+  std::chrono::nanoseconds keep = std::chrono::minutes(10);        ///< older files are removed, unless they are saved
   std::chrono::nanoseconds after_fault = std::chrono::minutes(1);  ///< is saved, too
   std::uint64_t limit = 5'000'000'000;                             ///< of all its files together [byte]
 };

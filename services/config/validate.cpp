@@ -182,6 +182,10 @@ void note_standbys(const CellFile& file, Findings& findings) {
 }
 
 void check_network(const CellFile& file, Findings& findings) {
+  if (file.ros2 && file.ros2->domain == file.network.domain) {
+    warn(findings, "ros2.domain and network.domain are " + std::to_string(file.ros2->domain) +
+                       ": ROS 2 nodes join the domain of the cell; choose another network.domain");
+  }
   if (file.hosts.size() < 2 || !file.keystore.empty()) return;
   warn(
       findings,

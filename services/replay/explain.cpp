@@ -105,7 +105,8 @@ void say_goal(const CellState& cell, const std::string& arm, const LongestBindin
     sentences.push_back("No pair of bodies bounds its motion.");
   }
   if (status.blocked_duration() > 0.0) {
-    sentences.push_back(arm + " is held back for " + number_text(status.blocked_duration(), "%.1f") + " s.");
+    sentences.push_back(arm + " last moved freely to its goal " + number_text(status.blocked_duration(), "%.1f") +
+                        " s ago.");
   }
   if (before.bound > 0.0) {
     sentences.push_back("In the last " + number_text(before.window, "%.1f") + " s " + before.own + " and " +

@@ -1,9 +1,9 @@
-"""Runs a live cell whose arms are moved by simulated controllers on the network: a UR5e, an IRB 120 by EGM, and a Panda by ros2_control.
+"""Runs a live cell in which simulated controllers on the network move the arms: a UR5e, an IRB 120 by EGM, a Panda by ros2_control.
 
 usage: device_cell.py --programs DIR [--cell FILE] [--tasks 30] [--seed 7] [--events 0] [--report FILE] [--view]
 
-All arms move at once between random goals that conflict. With --events N, such as 200, N things happen to the controllers meanwhile, which
-the seed draws: protective stops, ended programs, another speed, pulled cables, restarts. The arm must be held, with a fault of the kind that
+All arms move at once between random goals that conflict. With --events N, things happen to the controllers meanwhile, which the seed draws:
+protective stops, ended programs, another speed, pulled cables, restarts. The arm must be held, with a fault of the kind that
 the pages of its device name. It must stay held until it is resumed, and begin where it stands. Goals then go on until N events have happened.
 A contact, a fault that was not caused, and a jump of the set-points fail the run.
 

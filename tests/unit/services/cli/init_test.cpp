@@ -177,6 +177,9 @@ TEST_F(InitTest, NextCommandsFindTheCellAndCanBeCopied) {
   const std::string by_file = " --cell " + quoted + "\n";
   EXPECT_EQ(steps_with("}\n"), live + "  hecaton goal north --named ready --wait\n");
   EXPECT_EQ(steps_with("}\nnetwork: {domain: 7}\n"), live + "  hecaton goal north --named ready --wait" + by_file);
+  EXPECT_EQ(steps_with(", host: b}\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\nworld: {host: a}\nsupervision: {host: a}\n"),
+            "then: hecaton up " + quoted + "\nor on each host, with its name: hecaton agent " + quoted +
+                " --host a\nand in a second terminal:\n  hecaton goal north --named ready --wait\n");
   EXPECT_EQ(steps_with(", device: {type: universal_robots, robot_ip: 192.168.0.10}}\nnetwork: {domain: 7}\n"),
             live + "  hecaton device north on" + by_file + "  hecaton resume north" + by_file +
                 "  # the real arm north moves now: stand at its emergency stop\n" +

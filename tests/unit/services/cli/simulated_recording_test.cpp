@@ -186,7 +186,7 @@ TEST_F(SimulatedRecording, NamesWhatBindsAnArmThatIsHeldBack) {
     EXPECT_NE(text.find(status.binding_own() + " and " + status.binding_other() + " bound its motion"),
               std::string::npos)
         << text;
-    EXPECT_NE(text.find("is held back for"), std::string::npos) << text;
+    EXPECT_NE(text.find("last moved freely to its goal"), std::string::npos) << text;
     return;
   }
   FAIL() << "no arm was held back: choose another seed";

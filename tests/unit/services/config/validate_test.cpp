@@ -227,6 +227,15 @@ TEST(ValidateTest, WarnsOfAnOpenCellThatSpansHosts) {
       Severity::kWarning, {"the cell spans hosts and is open", "security.keystore locks it"});
 }
 
+TEST(ValidateTest, WarnsOfOneDomainForTheCellAndRos2) {
+  const auto with_domain = [](const std::string& domain) {
+    return "name: test\nros2: {domain: " + domain +
+           "}\ntasks: {centre: [1.5, 0, 0], radius: 0.2, half_height: 0}\narms:\n" + arm("left", "[0, 1]");
+  };
+  expect_only(with_domain("42"), Severity::kWarning, {"ros2.domain and network.domain are 42", "choose another"});
+  EXPECT_TRUE(findings_of(with_domain("7")).empty());
+}
+
 // A cell with URDF and base alone has to work, and tells once what it guesses.
 TEST(ValidateTest, NotesEachGuessOnceInACellOfUrdfAndBase) {
   const CellFile file = parse_cell_file(

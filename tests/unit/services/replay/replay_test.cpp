@@ -564,7 +564,7 @@ TEST(Explain, SaysWhatBindsAnArm) {
        {"The order for north is run, by supervisor in term 1.", "north stands; its drive is running.",
         "gives way to west", "[giving_way, west]", "Goal g1 is blocked",
         "north/wrist and west/forearm bound its motion: they are 31 mm apart, and 30 mm are the security distance.",
-        "north is held back for 2.5 s.", "north 4.0 ms, west never, east never",
+        "north last moved freely to its goal 2.5 s ago.", "north 4.0 ms, west never, east never",
         "planner/north is running; its oldest input is ArmState/west, 12 ms, as it said 7.0 ms before."}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in\n" << text;
   }
