@@ -155,6 +155,11 @@ msg::Cause CellModeState::order_cause(std::string_view arm) const {
                     mode + " by operator");
 }
 
+bool CellModeState::is_ordered_for(const msg::Cause& cause, std::string_view arm) const {
+  const auto ordered = causes_.find(arm);
+  return ordered != causes_.end() && ordered->second == cause;
+}
+
 msg::CellMode CellModeState::decide() const {
   const auto strictest = [](msg::Mode ordered, bool held) {
     return std::max(ordered, held ? msg::Mode::MODE_HOLD : msg::Mode::MODE_RUN);
@@ -173,7 +178,7 @@ msg::CellMode CellModeState::decide() const {
     order.mode(strictest(own, held != automatic_.arms.end()));
     order.ordered(own);
     order.cause(order_cause(arm));
-    if (held != automatic_.arms.end()) add_cause(order.cause(), held->second);
+    if (held != automatic_.arms.end() && !is_ordered_for(held->second, arm)) add_cause(order.cause(), held->second);
   }
   decision.speed(orders_.speed);
   for (const auto& [arm, speed] : orders_.speeds) {
@@ -200,7 +205,9 @@ msg::Cause CellModeState::cause_of(std::string_view arm) const {
   add_order(arm, "on ");
   if (automatic_.cell) add_cause(causes, with_text(*automatic_.cell, "held: " + automatic_.cell->text()));
   const auto held = automatic_.arms.find(arm);
-  if (held != automatic_.arms.end()) add_cause(causes, with_text(held->second, "held: " + held->second.text()));
+  if (held != automatic_.arms.end() && !is_ordered_for(held->second, arm)) {
+    add_cause(causes, with_text(held->second, "held: " + held->second.text()));
+  }
   return causes;
 }
 

@@ -199,6 +199,20 @@ TEST_F(CellModeStateTest, CausesNameTheOrderAndTheFault) {
             make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm3", "hold until resumed: signal 9"));
 }
 
+TEST_F(CellModeStateTest, TellsAFaultOnceThatLastsAndWaitsForResume) {
+  const msg::Cause fault = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm3", "the robot does not answer");
+  mode_.hold_until_resumed("arm3", fault);
+  AutomaticHolds holds;
+  holds.arms["arm3"] = fault;
+  mode_.set_automatic(holds);
+  EXPECT_EQ(mode_.decide().arms().at(0).cause().text(), "hold until resumed: the robot does not answer");
+  EXPECT_EQ(mode_.cause_of("arm3").text(), "on hold until resumed: the robot does not answer");
+  holds.arms["arm3"].text("the emergency stop is pressed");
+  mode_.set_automatic(holds);
+  EXPECT_EQ(mode_.cause_of("arm3").text(),
+            "on hold until resumed: the robot does not answer; held: the emergency stop is pressed");
+}
+
 TEST_F(CellModeStateTest, RestoresOrdersOfKnownArms) {
   Orders orders;
   orders.cell = msg::Mode::MODE_STOP;
