@@ -32,14 +32,11 @@ class RangeScanner {
   /// `arm` must outlive the scanner. `seed`: of the sensors' noise.
   RangeScanner(const PlannedArm& arm, std::uint64_t seed);
 
-  /// Scans of all sensors that are due at `now` [s], with the arm at `q`. All are due at the first call. `obstacles`:
-  /// one per obstacle of `caster`.
-  [[nodiscard]] std::vector<RangeScan> scan(double now, const JointVector& q, const world::RayCaster& caster,
-                                            std::span<const world::ObstacleState> obstacles);
+  /// Scans of all sensors that are due at `now` [s], with the arm at `q`. All are due at the first call.
+  [[nodiscard]] std::vector<RangeScan> scan(double now, const JointVector& q, const world::RayCaster& caster);
 
  private:
-  [[nodiscard]] RangeReading read(const RangeSensor& sensor, const SensorRay& ray, const world::RayCaster& caster,
-                                  std::span<const world::ObstacleState> obstacles);
+  [[nodiscard]] RangeReading read(const RangeSensor& sensor, const SensorRay& ray, const world::RayCaster& caster);
 
   const PlannedArm& arm_;
   Random random_;

@@ -224,6 +224,7 @@ class Episode {
     auto instant = std::make_shared<CellInstant>();
     for (std::size_t i = 0; i < arms_.size(); ++i) instant->arms.push_back(own_state(i));
     instant->obstacles = world_.snapshot().states;
+    caster_.place(world_.present());
     threads_.for_each([&](int i) {
       arms_[i].observations.update(now, instant);
       plan(i, now, instant->obstacles);
@@ -249,7 +250,7 @@ class Episode {
   void plan(int i, double now, std::span<const world::ObstacleState> obstacles) {
     SimulatedArm& arm = arms_[i];
     ArmPlanner& planner = planners_[i];
-    const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_, obstacles);
+    const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_);
     arm.events.scans = scans;
     const bool timed = options_.times != nullptr;
     double spent = timed ? processor_us() : 0.0;

@@ -61,7 +61,7 @@ std::optional<RestoredWorld> recall(const config::CellFile& file, const std::str
 msg::WorldCheckpoint checkpoint_of(const world::BulletWorld& world) {
   msg::WorldCheckpoint checkpoint;
   checkpoint.time(world.time());
-  checkpoint.edition(world.snapshot().edition);
+  checkpoint.edition(world.edition());
   for (const world::Obstacle& obstacle : world.obstacles_now()) {
     checkpoint.obstacles().push_back(messages::to_message(obstacle));
   }

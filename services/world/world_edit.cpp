@@ -55,19 +55,13 @@ world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const m
   return world.add(*obstacle);
 }
 
-const world::Obstacle* find(const world::BulletWorld& world, const std::string& name) {
-  const auto found = std::find_if(world.obstacles().begin(), world.obstacles().end(),
-                                  [&](const world::Obstacle& one) { return one.name == name; });
-  return found == world.obstacles().end() ? nullptr : &*found;
-}
-
 world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
   const auto X_WO = messages::from_message(request.X_WO(), "obstacle \"" + request.name() + "\": X_WO");
   if (!X_WO) return refused(request.name(), X_WO.error);
   if (const auto complaint = config::complain(*X_WO, "pose")) {
     return refused(request.name(), about(request.name(), complaint->sentence()));
   }
-  const world::Obstacle* obstacle = find(world, request.name());
+  const world::Obstacle* obstacle = world.find(request.name());
   if (obstacle != nullptr && !obstacle->attachment) {
     if (const auto refusal = refuse_place(world, cell, *obstacle, *X_WO)) return *refusal;
   }
@@ -87,7 +81,7 @@ std::optional<world::Pose> tool_of(const EditedCell& cell, const std::string& na
 }
 
 world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
-  const world::Obstacle* obstacle = find(world, request.name());
+  const world::Obstacle* obstacle = world.find(request.name());
   const auto X_WT = tool_of(cell, request.arm());
   if (obstacle != nullptr && !obstacle->attachment && X_WT) {
     const auto index = static_cast<std::size_t>(obstacle - world.obstacles().data());
@@ -102,7 +96,7 @@ world::EditResult attach(world::BulletWorld& world, const EditedCell& cell, cons
 
 /// Refuses a request with an arm when another arm carries the obstacle.
 world::EditResult detach(world::BulletWorld& world, const msg::WorldEditRequest& request) {
-  const world::Obstacle* obstacle = find(world, request.name());
+  const world::Obstacle* obstacle = world.find(request.name());
   const bool names_arm = !request.arm().empty();
   if (names_arm && obstacle != nullptr && obstacle->attachment && obstacle->attachment->arm != request.arm()) {
     return refused(request.name(), "obstacle '" + request.name() + "' is attached to '" + obstacle->attachment->arm +
@@ -176,7 +170,7 @@ std::optional<msg::WorldEditRequest> edit_of(const world::BulletWorld& world, co
   request.client("driver/" + state.arm());
   request.arm(state.arm());
   const auto carries = [&](const std::string& name) {
-    const world::Obstacle* obstacle = find(world, name);
+    const world::Obstacle* obstacle = world.find(name);
     return obstacle != nullptr && obstacle->attachment && obstacle->attachment->arm == state.arm();
   };
   if (!state.releasing().empty() && carries(state.releasing())) {
@@ -222,7 +216,7 @@ void EditService::apply(const Edited& edited) {
     reply.request_id(request.request_id());
     reply.done(result.done());
     reply.cause(cause_of(result));
-    reply.edition(edited.world.snapshot().edition);
+    reply.edition(edited.world.edition());
     waiting_.add(result.done() ? edited.persistence.write(edited.world) : 0, std::move(reply));
     log_info("world edit", {{"client", request.client()},
                             {"obstacle", edited_name(request)},

@@ -68,12 +68,10 @@ void ObstaclePublisher::publish_shapes(const world::BulletWorld& world, const st
   msg::ObstacleShapes message;
   message.name(name);
   message.term(term);
-  message.edition(world.snapshot().edition);
+  message.edition(world.edition());
   message.stamp_ns(stamp_now());
-  const auto& obstacles = world.obstacles();
-  const auto found = std::find_if(obstacles.begin(), obstacles.end(),
-                                  [&](const world::Obstacle& obstacle) { return obstacle.name == name; });
-  if (found == obstacles.end()) {
+  const world::Obstacle* found = world.find(name);
+  if (found == nullptr) {
     static_cast<void>(shapes_.retire(message));
     return;
   }
@@ -96,18 +94,18 @@ ScanPublisher::ScanPublisher(const config::CellFile& file, bus::Participant& par
 }
 
 void ScanPublisher::publish(const world::BulletWorld& world, const MeasuredArms& arms) {
-  const world::ObstacleSnapshot now = world.snapshot();
-  if (cast_edition_ != now.edition) {
+  if (cast_edition_ != world.edition()) {
     caster_.set_obstacles(world.obstacles());
-    cast_edition_ = now.edition;
+    cast_edition_ = world.edition();
   }
+  caster_.place(world.present());
   for (std::size_t i = 0; i < scanners_.size(); ++i) {
     const auto& q = arms.q()[i];
     if (!q) continue;
     const planner::PlannedArm& planned = file_.cell.arms[i];
     // The arm moves on while its state is on its way: the scan belongs to the time of that state.
     const std::int64_t measured = std::chrono::nanoseconds(arms.arrivals()[i]->time_since_epoch()).count();
-    for (const planner::RangeScan& scan : scanners_[i].scan(world.time(), *q, caster_, now.states)) {
+    for (const planner::RangeScan& scan : scanners_[i].scan(world.time(), *q, caster_)) {
       const planner::RangeSensor& sensor = planned.sensors[scan.sensor];
       if (!sensor.simulated) continue;
       msg::RangeScan message = messages::to_message(scan, sensor);

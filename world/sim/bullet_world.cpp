@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "world/model/obstacle_motion.hpp"
 #include "world/model/scene_checks.hpp"
@@ -41,9 +42,14 @@ struct BulletWorld::Impl {
 
   Scene scene;  ///< its obstacles are the current ones
   std::vector<ArmBodies> arms;
-  std::vector<ArmTrack> tracks;           ///< of the arms
-  std::vector<MotionState> states;        ///< of the obstacles
-  std::vector<const ArmTrack*> carriers;  ///< of the obstacles
+  std::vector<ArmTrack> tracks;        ///< of the arms
+  std::vector<ObstacleState> states;   ///< of the obstacles
+  std::vector<std::uint64_t> changes;  ///< of each of these poses
+  std::uint64_t last_change = 0;
+  std::vector<const ArmTrack*> carriers;         ///< of the obstacles
+  std::vector<int> guided;                       ///< obstacles that follow a script or an arm
+  std::vector<int> free;                         ///< obstacles that physics moves
+  std::unordered_map<std::string, int> indices;  ///< of the obstacles
   ObstacleDynamics dynamics;
   ContactMonitor contact_monitor;
   double time = 0.0;
@@ -55,14 +61,16 @@ struct BulletWorld::Impl {
     return found == arms.end() ? -1 : static_cast<int>(found - arms.begin());
   }
   [[nodiscard]] int obstacle_index(const std::string& name) const {
-    const auto& all = scene.obstacles;
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Obstacle& one) { return one.name == name; });
-    return found == all.end() ? -1 : static_cast<int>(found - all.begin());
+    const auto found = indices.find(name);
+    return found == indices.end() ? -1 : found->second;
   }
 
   [[nodiscard]] std::string why_not(const Obstacle& obstacle) const;
   void append(const Obstacle& obstacle);
+  void remove(int obstacle);
   void change_carrier(int obstacle);
+  void sort_by_motion();
+  void set_state(int obstacle, const MotionState& state);
   [[nodiscard]] MotionState prescribed(int obstacle) const;
   [[nodiscard]] ObstacleSnapshot snapshot() const;
   void step(double dt);
@@ -79,6 +87,7 @@ BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
     if (const auto reason = why_not(obstacle); !reason.empty()) throw std::invalid_argument(reason);
     append(obstacle);
   }
+  sort_by_motion();
   contact_monitor.set_obstacles(scene.obstacles);
 }
 
@@ -95,8 +104,39 @@ std::string BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
 void BulletWorld::Impl::append(const Obstacle& obstacle) {
   scene.obstacles.push_back(obstacle);
   carriers.push_back(obstacle.attachment ? &tracks[arm_index(obstacle.attachment->arm)] : nullptr);
-  states.push_back(prescribed(static_cast<int>(states.size())));
+  const int index = static_cast<int>(states.size());
+  indices.emplace(obstacle.name, index);
+  states.emplace_back();
+  changes.push_back(0);
+  set_state(index, prescribed(index));
   dynamics.append();
+}
+
+void BulletWorld::Impl::remove(int obstacle) {
+  scene.obstacles.erase(scene.obstacles.begin() + obstacle);
+  states.erase(states.begin() + obstacle);
+  changes.erase(changes.begin() + obstacle);
+  carriers.erase(carriers.begin() + obstacle);
+  dynamics.erase(obstacle);
+  indices.clear();
+  for (int i = 0; i < static_cast<int>(states.size()); ++i) indices.emplace(scene.obstacles[i].name, i);
+}
+
+/// Must follow each change of an obstacle's motion or carrier, and of indices.
+void BulletWorld::Impl::sort_by_motion() {
+  guided.clear();
+  free.clear();
+  for (int i = 0; i < static_cast<int>(states.size()); ++i) {
+    if (carriers[i] || is_scripted(scene.obstacles[i].motion)) guided.push_back(i);
+    if (is_free(scene.obstacles[i])) free.push_back(i);
+  }
+}
+
+void BulletWorld::Impl::set_state(int obstacle, const MotionState& state) {
+  ObstacleState& now = states[obstacle];
+  const bool moved = changes[obstacle] == 0 || now.X_WO.matrix() != state.X_WO.matrix();
+  if (moved) changes[obstacle] = ++last_change;
+  now = {state.X_WO, state.velocity, 0.0};
 }
 
 /// Must follow each attaching and detaching.
@@ -104,6 +144,7 @@ void BulletWorld::Impl::change_carrier(int obstacle) {
   const Obstacle& changed = scene.obstacles[obstacle];
   carriers[obstacle] = changed.attachment ? &tracks[arm_index(changed.attachment->arm)] : nullptr;
   dynamics.renew(obstacle);
+  sort_by_motion();
   contact_monitor.set_obstacles(scene.obstacles, changed.name);
   ++edition;
 }
@@ -118,29 +159,29 @@ MotionState BulletWorld::Impl::prescribed(int obstacle) const {
 }
 
 ObstacleSnapshot BulletWorld::Impl::snapshot() const {
-  ObstacleSnapshot result{edition, sequence, time, {}};
-  result.states.reserve(states.size());
-  for (int i = 0; i < static_cast<int>(states.size()); ++i) {
-    // A carried obstacle moves with every measurement, also between steps.
-    const MotionState state = carriers[i] ? prescribed(i) : states[i];
-    result.states.push_back({state.X_WO, state.velocity, 0.0});
+  ObstacleSnapshot result{edition, sequence, time, states};
+  // A carried obstacle moves with every measurement, also between steps.
+  for (const int i : guided) {
+    if (!carriers[i]) continue;
+    const MotionState state = prescribed(i);
+    result.states[i] = {state.X_WO, state.velocity, 0.0};
   }
   return result;
 }
 
 void BulletWorld::Impl::step(double dt) {
-  dynamics.advance({scene, arms, tracks, carriers, time}, states, dt);
+  for (const int i : dynamics.advance({scene, arms, tracks, carriers, guided, free, time}, states, dt)) {
+    changes[i] = ++last_change;
+  }
   time += dt;
   ++sequence;
   for (ArmTrack& track : tracks) track.end_step(dt);
-  for (int i = 0; i < static_cast<int>(states.size()); ++i) {
-    if (!is_free(scene.obstacles[i])) states[i] = prescribed(i);
-  }
+  for (const int i : guided) set_state(i, prescribed(i));
 
   std::vector<MeasuredArm> measured;
   measured.reserve(tracks.size());
   for (const ArmTrack& track : tracks) measured.push_back({track.known(), track.X_WL()});
-  contact_monitor.update(measured, snapshot().states, time);
+  contact_monitor.update(measured, {states, changes}, time);
 }
 
 BulletWorld::BulletWorld(const Scene& scene, std::vector<ArmBodies> arms)
@@ -172,9 +213,7 @@ double BulletWorld::time() const {
 void BulletWorld::set_time(double seconds) {
   if (!std::isfinite(seconds)) throw std::invalid_argument("the world's time must be finite");
   impl_->time = seconds;
-  for (int i = 0; i < static_cast<int>(impl_->states.size()); ++i) {
-    if (!is_free(impl_->scene.obstacles[i])) impl_->states[i] = impl_->prescribed(i);
-  }
+  for (const int i : impl_->guided) impl_->set_state(i, impl_->prescribed(i));
 }
 
 std::vector<Obstacle> BulletWorld::obstacles_now() const {
@@ -197,8 +236,18 @@ void BulletWorld::restore(double seconds, std::uint64_t edition, const ContactCh
 const std::vector<Obstacle>& BulletWorld::obstacles() const {
   return impl_->scene.obstacles;
 }
+const Obstacle* BulletWorld::find(const std::string& name) const {
+  const int index = impl_->obstacle_index(name);
+  return index < 0 ? nullptr : &impl_->scene.obstacles[index];
+}
 ObstacleSnapshot BulletWorld::snapshot() const {
   return impl_->snapshot();
+}
+PresentStates BulletWorld::present() const {
+  return {impl_->states, impl_->changes};
+}
+std::uint64_t BulletWorld::edition() const {
+  return impl_->edition;
 }
 
 EditResult BulletWorld::add(const Obstacle& obstacle) {
@@ -207,6 +256,7 @@ EditResult BulletWorld::add(const Obstacle& obstacle) {
     return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(reason)};
   }
   impl_->append(obstacle);
+  impl_->sort_by_motion();
   impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
   return {};
@@ -229,18 +279,17 @@ EditResult BulletWorld::move(const std::string& name, const Pose& X_WO) {
   } else {
     obstacle.motion = StaticMotion{};
   }
-  impl_->states[index] = {X_WO, {}};
+  impl_->set_state(index, {X_WO, {}});
   impl_->dynamics.renew(index);
+  impl_->sort_by_motion();
   return {};
 }
 
 EditResult BulletWorld::remove(const std::string& name) {
   const int index = impl_->obstacle_index(name);
   if (index < 0) return unknown("obstacle", name);
-  impl_->scene.obstacles.erase(impl_->scene.obstacles.begin() + index);
-  impl_->states.erase(impl_->states.begin() + index);
-  impl_->carriers.erase(impl_->carriers.begin() + index);
-  impl_->dynamics.erase(index);
+  impl_->remove(index);
+  impl_->sort_by_motion();
   impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
   ++impl_->edition;
   return {};
@@ -262,7 +311,7 @@ EditResult BulletWorld::attach(const std::string& name, const std::string& arm) 
   obstacle.attachment = Attachment{arm, track.X_WT().inverse() * obstacle.X_WO};
   if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
   impl_->change_carrier(index);
-  impl_->states[index] = impl_->prescribed(index);
+  impl_->set_state(index, impl_->prescribed(index));
   return {};
 }
 
@@ -281,7 +330,7 @@ EditResult BulletWorld::detach(const std::string& name) {
   if (is_scripted(obstacle.motion)) obstacle.motion = StaticMotion{};
   if (!is_free(obstacle)) state.velocity = {};
   impl_->change_carrier(index);
-  impl_->states[index] = state;
+  impl_->set_state(index, state);
   return {};
 }
 

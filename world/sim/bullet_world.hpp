@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "world/model/present_states.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 #include "world/sim/contact_monitor.hpp"
@@ -31,8 +32,9 @@ struct EditResult {
 };
 
 /// One period: set_arm() for every measured arm, step(), snapshot(). The same calls give the same states to the last
-/// bit. Scripted motions run on the world's time. Physics is computed only while a free dynamic obstacle exists. A
-/// world takes less than 1 ms to make and less than 1 MB. Not thread-safe; two worlds share nothing.
+/// bit. Scripted motions run on the world's time. Physics is computed only while a free dynamic obstacle exists. A step
+/// costs time for what moves, and hardly any for what stands or lies still. An edit costs time for all obstacles. Not
+/// thread-safe; two worlds share nothing.
 class BulletWorld {
  public:
   /// Throws std::invalid_argument, with one sentence, when a shape, pose or motion is impossible, when two arms or two
@@ -48,8 +50,8 @@ class BulletWorld {
   /// is not finite.
   bool set_arm(int arm, std::span<const Pose> X_WL, const Pose& X_WT);
 
-  /// Advances by dt ≥ 0 [s], in equal substeps of at most 5 ms, then updates the contact monitor. Throws
-  /// std::invalid_argument when dt is negative or not finite.
+  /// Advances by dt ≥ 0 [s], physics in equal substeps of at most 5 ms (ObstacleDynamics), then updates the contact
+  /// monitor. Throws std::invalid_argument when dt is negative or not finite.
   void step(double dt);
 
   [[nodiscard]] double time() const;  ///< [s]
@@ -67,9 +69,15 @@ class BulletWorld {
   /// The obstacles as edited, in the order of the snapshot. X_WO is the initial pose of a scripted motion, or where the
   /// obstacle was last put; the snapshot has the present pose.
   [[nodiscard]] const std::vector<Obstacle>& obstacles() const;
+  /// The obstacle with this name; null: there is none. Valid until the next call that is not const.
+  [[nodiscard]] const Obstacle* find(const std::string& name) const;
   /// Poses and velocities of all obstacles. Attached ones move with their arm at the velocity of the last step; while
   /// that arm is unknown, they rest at their own X_WO.
   [[nodiscard]] ObstacleSnapshot snapshot() const;
+  /// The same without copies, for readers that look only at changes. Valid until the next call that is not const. An
+  /// attached obstacle is where it was at the last step.
+  [[nodiscard]] PresentStates present() const;
+  [[nodiscard]] std::uint64_t edition() const;  ///< as in the snapshot
 
   /// Refuses a name that is taken, an impossible shape, pose or motion, and an attachment to an unknown arm.
   EditResult add(const Obstacle& obstacle);

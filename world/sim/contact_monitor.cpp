@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <unordered_map>
 
 #include "world/sim/monitored_pairs.hpp"
 
@@ -10,8 +11,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxEvents = 100;
-/// Error of a computed distance, for the bounds derived from it [m].
-constexpr double kDistanceError = 2e-4;
 /// A tolerated pair becomes a contact when it overlaps this much deeper [m].
 constexpr double kToleratedDepth = 1e-3;
 
@@ -36,7 +35,7 @@ struct ContactMonitor::Impl {
   explicit Impl(std::vector<ArmBodies> arms) : bodies(std::move(arms)) { count_touching(); }
 
   MonitoredPairs bodies;
-  std::vector<int> group_touching;  ///< touching pairs of parts in each group
+  std::unordered_map<std::uint64_t, int> touching;  ///< touching pairs of parts with each two names
   std::array<Tally, kContactKinds> tallies;
   std::vector<Found> events;
   std::uint64_t exact_checks = 0;
@@ -58,8 +57,10 @@ struct ContactMonitor::Impl {
   }
 
   void count_touching() {
-    group_touching.assign(bodies.group_count(), 0);
-    for (const MonitoredPair& pair : bodies.pairs()) group_touching[pair.group] += pair.state.touching ? 1 : 0;
+    touching.clear();
+    bodies.for_each([&](const MonitoredPair& pair) {
+      if (pair.state.touching) ++touching[pair.identity.first];
+    });
   }
 
   double compute(MonitoredPair& pair) {
@@ -88,13 +89,19 @@ struct ContactMonitor::Impl {
     if (distance < kind.smallest.distance) kind.smallest = found(pair, distance);
     if (!pair.state.touching && distance <= 0.0) {
       pair.state.touching = true;
-      if (++group_touching[pair.group] > 1) return;
+      if (++touching[pair.identity.first] > 1) return;
       ++kind.contacts;
       if (events.size() < kMaxEvents) events.push_back(found(pair, distance));
     } else if (pair.state.touching && distance > kPartedDistance) {
       pair.state.touching = false;
-      --group_touching[pair.group];
+      --touching[pair.identity.first];
     }
+  }
+
+  /// A handled pair that is surely apart needs no distance: what a hand carries has many pairs.
+  void forget_if_apart(MonitoredPair& pair, double travel) {
+    if (pair.state.touching || pair.state.tolerated) return;
+    if (std::max(pair.lower_ref - travel, bodies.sphere_distance(pair)) > kPartedDistance) pair.state.handled = false;
   }
 
   /// Tightens the bounds, then computes the distance if they do not suffice.
@@ -102,6 +109,7 @@ struct ContactMonitor::Impl {
     if (!bodies.placed(pair)) return;
     Tally& kind = tally(pair);
     kind.checked = true;
+    if (pair.state.handled) forget_if_apart(pair, travel);
     if (!pair.state.handled && !pair.state.tolerated) {
       double lower = std::max(pair.lower_ref - travel, bodies.sphere_distance(pair));
       const auto unchanged = [&] {
@@ -126,10 +134,9 @@ struct ContactMonitor::Impl {
   void update() {
     std::array<double, kContactKinds> smallest;
     for (std::size_t kind = 0; kind < kContactKinds; ++kind) smallest[kind] = tallies[kind].smallest.distance;
-    for (const PairRun& run : bodies.candidates(smallest)) {
-      for (int i = run.first; i < run.end; ++i) check(bodies.pairs()[i]);
-    }
-    bodies.update_blocks();
+    if (bodies.any_standing_pair()) tallies[static_cast<std::size_t>(ContactKind::kArmObstacle)].checked = true;
+    for (MonitoredPair* pair : bodies.candidates(smallest)) check(*pair);
+    bodies.update_bounds();
   }
 };
 
@@ -143,7 +150,7 @@ void ContactMonitor::set_obstacles(std::span<const Obstacle> obstacles, const st
   impl_->count_touching();
 }
 
-void ContactMonitor::update(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time) {
+void ContactMonitor::update(std::span<const MeasuredArm> arms, const PresentStates& obstacles, double time) {
   impl_->time = time;
   impl_->bodies.place(arms, obstacles);
   impl_->update();
@@ -170,10 +177,15 @@ ContactReport ContactMonitor::report() const {
 ContactCheckpoint ContactMonitor::checkpoint() const {
   ContactCheckpoint checkpoint{report(), {}};
   const auto& names = impl_->bodies.names();
-  for (const MonitoredPair& pair : impl_->bodies.pairs()) {
-    if (!pair.state.watched()) continue;
-    checkpoint.pairs.push_back({names[impl_->bodies.part(pair.a).name], names[impl_->bodies.part(pair.b).name],
-                                pair.identity.second, pair.state});
+  std::vector<const MonitoredPair*> watched;
+  impl_->bodies.for_each([&](const MonitoredPair& pair) {
+    if (pair.state.watched()) watched.push_back(&pair);
+  });
+  std::sort(watched.begin(), watched.end(),
+            [](const MonitoredPair* one, const MonitoredPair* other) { return one->order < other->order; });
+  for (const MonitoredPair* pair : watched) {
+    checkpoint.pairs.push_back({names[impl_->bodies.part(pair->a).name], names[impl_->bodies.part(pair->b).name],
+                                pair->identity.second, pair->state});
   }
   return checkpoint;
 }
@@ -185,36 +197,54 @@ void ContactMonitor::restore(const ContactCheckpoint& checkpoint) {
   }
   impl_->events.clear();
   for (const Separation& event : checkpoint.report.events) impl_->events.push_back(impl_->indexed(event));
-  for (MonitoredPair& pair : impl_->bodies.pairs()) {
-    const auto& names = impl_->bodies.names();
-    const std::string& a = names[impl_->bodies.part(pair.a).name];
-    const std::string& b = names[impl_->bodies.part(pair.b).name];
-    pair.state = {};
-    for (const PairCheckpoint& known : checkpoint.pairs) {
-      if (known.occurrence == pair.identity.second && known.a == a && known.b == b) pair.state = known.state;
-    }
+  PairStates states;
+  for (const PairCheckpoint& known : checkpoint.pairs) {
+    const auto a = static_cast<std::uint64_t>(impl_->bodies.name_index(known.a));
+    const auto b = static_cast<std::uint64_t>(impl_->bodies.name_index(known.b));
+    states[{a << 32 | b, known.occurrence}] = known.state;
   }
-  impl_->bodies.reset_blocks();
+  impl_->bodies.set_states(states);
   impl_->count_touching();
 }
 
 void ContactMonitor::reset() {
   impl_->tallies = {};
   impl_->events.clear();
-  for (MonitoredPair& pair : impl_->bodies.pairs()) pair.state.touching = false;
+  impl_->bodies.for_each([](MonitoredPair& pair) { pair.state.touching = false; });
+  impl_->bodies.reset_bounds();
   impl_->count_touching();
 }
 
 std::optional<Separation> ContactMonitor::nearest(int arm, bool with_self) const {
   Impl& impl = *impl_;
+  const MonitoredPairs& bodies = impl.bodies;
   Found nearest;
-  for (MonitoredPair& pair : impl.bodies.pairs()) {
-    if (impl.bodies.part(pair.a).arm != arm && impl.bodies.part(pair.b).arm != arm) continue;
-    if ((pair.kind == ContactKind::kArmSelf && !with_self) || !impl.bodies.placed(pair)) continue;
-    if (pair.lower_ref - impl.bodies.travel(pair) >= nearest.distance) continue;
-    if (impl.bodies.sphere_distance(pair) >= nearest.distance) continue;
+  std::uint64_t order = 0;
+  const auto compare = [&](MonitoredPair& pair) {
+    if (bodies.part(pair.a).arm != arm && bodies.part(pair.b).arm != arm) return;
+    if ((pair.kind == ContactKind::kArmSelf && !with_self) || !bodies.placed(pair)) return;
+    if (pair.lower_ref - bodies.travel(pair) > nearest.distance) return;
+    if (bodies.sphere_distance(pair) > nearest.distance) return;
     const double distance = impl.compute(pair);
-    if (distance < nearest.distance) nearest = impl.found(pair, distance);
+    if (distance > nearest.distance || (distance == nearest.distance && pair.order > order)) return;
+    nearest = impl.found(pair, distance);
+    order = pair.order;
+  };
+  impl.bodies.for_each(compare);
+  for (const int mover : bodies.movers()) {
+    if (bodies.part(mover).arm != arm || !bodies.placed(mover)) continue;
+    const auto compare_with = [&](int standing) {
+      MonitoredPair pair = bodies.near_pair(mover, standing);
+      compare(pair);
+    };
+    if (nearest.distance == kInfinity) {  // no pair yet: any obstacle bounds the distance
+      for (int i = 0; i < bodies.part_count() && nearest.distance == kInfinity; ++i) {
+        if (bodies.part(i).stands() && bodies.placed(i)) compare_with(i);
+      }
+    }
+    if (nearest.distance < kInfinity) {
+      bodies.near().within(bodies, mover, std::max(nearest.distance, 0.0), compare_with);
+    }
   }
   if (nearest.distance == kInfinity) return std::nullopt;
   return impl.named(nearest);

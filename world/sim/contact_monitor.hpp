@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "world/model/present_states.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -90,6 +91,8 @@ struct ContactCheckpoint {
 /// - arm–self: an arm's self pairs, and what it carries against its links other than the grasp links.
 /// Obstacles are not checked against each other.
 ///
+/// An update looks at moving things and what is near them: obstacles that stand far away cost nothing.
+///
 /// Each pair keeps a lower bound of its distance. The monitor computes the distance again only when the bound, less the
 /// motion since, falls below the smallest separation of that kind or below contact. Motion between two updates is not
 /// swept: a short contact between them is missed. Not thread-safe.
@@ -109,9 +112,10 @@ class ContactMonitor {
   /// table it lies on, the open fingers) is tolerated until the two have parted, or until they overlap 1 mm deeper.
   void set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled = {});
 
-  /// Checks the poses at `time` [s]: one entry per arm and one per obstacle, attached ones included. Poses must be
-  /// finite. Throws std::invalid_argument when an entry, or a link of a known arm, is missing.
-  void update(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles, double time);
+  /// Checks the poses at `time` [s]: one entry per arm and one per obstacle, attached ones included. Reads only states
+  /// that have changed since the last update. Poses must be finite. Throws std::invalid_argument when an entry, or a
+  /// link of a known arm, is missing.
+  void update(std::span<const MeasuredArm> arms, const PresentStates& obstacles, double time);
 
   [[nodiscard]] ContactReport report() const;
   [[nodiscard]] ContactCheckpoint checkpoint() const;

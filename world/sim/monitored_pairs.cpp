@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include <unordered_map>
+#include <tuple>
 
 namespace hecaton::world {
 namespace {
@@ -16,6 +16,11 @@ constexpr double kRounding = 1e-9;
 /// No point of a unit ball around the origin moves farther when it turns from R0 to R1: 2 sin(θ/2) = ‖R1 − R0‖_F / √2.
 double turn_between(const Pose& X0, const Pose& X1) {
   return (X1.linear() - X0.linear()).norm() / std::numbers::sqrt2;
+}
+
+constexpr std::uint64_t kFirstSelfPair = std::uint64_t{1} << 63;
+std::uint64_t order_of(int a, int b) {
+  return static_cast<std::uint64_t>(b) << 32 | static_cast<std::uint32_t>(a);
 }
 
 }  // namespace
@@ -107,12 +112,15 @@ MonitoredPairs::MonitoredPairs(std::vector<ArmBodies> arms) : arms_(std::move(ar
   links_ = static_cast<int>(carriers_.size());
   link_parts_ = static_cast<int>(parts_.size());
   side_travel_.assign(arms_.size(), 0.0);
-  adopt(all_pairs());
+  adopt();
 }
 
 int MonitoredPairs::name_index(const std::string& name) {
   const auto [entry, is_new] = name_indices_.try_emplace(name, static_cast<int>(names_.size()));
-  if (is_new) names_.push_back(name);
+  if (is_new) {
+    names_.push_back(name);
+    name_parts_.push_back(0);
+  }
   return entry->second;
 }
 
@@ -122,6 +130,7 @@ void MonitoredPairs::add_part(MonitoredPart part, int side, const PlacedShape& p
   part.X_CS = placed.X_BS;
   part.centre_C = placed.X_BS * bound.centre;
   part.radius = bound.radius;
+  part.rank = name_parts_[part.name]++;
   carriers_[part.carrier].parts.push_back(static_cast<int>(parts_.size()));
   parts_.push_back(std::move(part));
   travel_.push_back(0.0);
@@ -129,7 +138,10 @@ void MonitoredPairs::add_part(MonitoredPart part, int side, const PlacedShape& p
 }
 
 void MonitoredPairs::set_obstacles(std::span<const Obstacle> obstacles, const std::string& handled) {
+  for (int i = link_parts_; i < part_count(); ++i) --name_parts_[parts_[i].name];
   parts_.erase(parts_.begin() + link_parts_, parts_.end());
+  seen_ = 0;
+  waiting_.clear();
   travel_.resize(link_parts_);
   sides_.resize(link_parts_);
   side_travel_.resize(arms_.size());
@@ -153,7 +165,7 @@ void MonitoredPairs::set_obstacles(std::span<const Obstacle> obstacles, const st
     part.name = name_index(name);
     for (const PlacedShape& placed : obstacle.shapes) add_part(part, side, placed);
   }
-  adopt(all_pairs());
+  adopt();
 }
 
 std::optional<ContactKind> MonitoredPairs::kind_of(const MonitoredPart& a, const MonitoredPart& b) const {
@@ -172,60 +184,149 @@ std::optional<ContactKind> MonitoredPairs::kind_of(const MonitoredPart& a, const
   return touches ? std::nullopt : std::optional(ContactKind::kArmSelf);
 }
 
-std::vector<MonitoredPair> MonitoredPairs::all_pairs() const {
+MonitoredPair::Identity MonitoredPairs::identity(int a, int b) const {
+  const auto name_a = static_cast<std::uint32_t>(parts_[a].name);
+  const auto name_b = static_cast<std::uint32_t>(parts_[b].name);
+  return {std::uint64_t{name_a} << 32 | name_b, parts_[b].rank * name_parts_[parts_[a].name] + parts_[a].rank};
+}
+
+MonitoredPair MonitoredPairs::near_pair(int mover, int standing) const {
+  MonitoredPair pair;
+  std::tie(pair.a, pair.b) = std::minmax(mover, standing);
+  pair.order = order_of(pair.a, pair.b);
+  pair.kind = ContactKind::kArmObstacle;
+  pair.identity = identity(pair.a, pair.b);
+  return pair;
+}
+
+std::vector<MonitoredPair> MonitoredPairs::pairs_in_blocks() const {
   std::vector<MonitoredPair> pairs;
-  const auto add = [&](int a, int b, ContactKind kind) {
-    MonitoredPair pair;
+  const auto add = [&](int a, int b, ContactKind kind, std::uint64_t order) {
+    MonitoredPair& pair = pairs.emplace_back();
     pair.a = a;
     pair.b = b;
+    pair.order = order;
     pair.kind = kind;
+    pair.identity = identity(a, b);
     pair.state.handled = parts_[a].handled || parts_[b].handled;
-    pair.lower_ref = -kUnbounded;
-    pair.upper_ref = kUnbounded;
-    pairs.push_back(pair);
   };
-  for (int b = 0; b < static_cast<int>(parts_.size()); ++b) {
-    for (int a = 0; a < b; ++a) {
-      if (const auto kind = kind_of(parts_[a], parts_[b])) add(a, b, *kind);
+  std::vector<int> of_arms;  // two parts of free obstacles are no pair
+  std::vector<int> others;
+  for (int b = 0; b < part_count(); ++b) {
+    const bool of_arm = parts_[b].arm >= 0;
+    if (parts_[b].stands()) continue;
+    const auto add_with = [&](int a) {
+      if (const auto kind = kind_of(parts_[a], parts_[b])) add(a, b, *kind, order_of(a, b));
+    };
+    if (of_arm) {
+      // Ascending, over both.
+      auto other = others.begin();
+      for (const int a : of_arms) {
+        for (; other != others.end() && *other < a; ++other) add_with(*other);
+        add_with(a);
+      }
+      for (; other != others.end(); ++other) add_with(*other);
+    } else {
+      for (const int a : of_arms) add_with(a);
     }
+    (of_arm ? of_arms : others).push_back(b);
   }
+  std::uint64_t order = kFirstSelfPair;
   for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
     for (const auto& [a, b] : arms_[arm].self_pairs) {
-      add(first_part_[arm] + a, first_part_[arm] + b, ContactKind::kArmSelf);
+      add(first_part_[arm] + a, first_part_[arm] + b, ContactKind::kArmSelf, order++);
     }
   }
   return pairs;
 }
 
-void MonitoredPairs::adopt(std::vector<MonitoredPair> pairs) {
-  std::map<MonitoredPair::Identity, PairState> known;
-  for (const MonitoredPair& pair : pairs_) known[pair.identity] = pair.state;
-
-  struct Group {
-    int index;
-    int pairs = 0;
-  };
-  std::unordered_map<std::uint64_t, Group> groups;  // by both names
-  for (int i = 0; i < static_cast<int>(pairs.size()); ++i) {
-    MonitoredPair& pair = pairs[i];
-    const auto a = static_cast<std::uint32_t>(parts_[pair.a].name);
-    const auto b = static_cast<std::uint32_t>(parts_[pair.b].name);
-    const std::uint64_t names = std::uint64_t{a} << 32 | b;
-    Group& group = groups.try_emplace(names, Group{static_cast<int>(groups.size())}).first->second;
-    pair.index = i;
-    pair.group = group.index;
-    pair.identity = {names, group.pairs++};
+void MonitoredPairs::adopt() {
+  PairStates known;
+  PairStates watched;
+  known.reserve(pairs_.size());
+  for_each([&](const MonitoredPair& pair) {
+    known[pair.identity] = pair.state;
+    if (pair.state.watched()) watched[pair.identity] = pair.state;
+  });
+  movers_.clear();
+  for (int i = 0; i < part_count(); ++i) {
+    if (parts_[i].moves_with_arm()) movers_.push_back(i);
+  }
+  pairs_ = pairs_in_blocks();
+  for (MonitoredPair& pair : pairs_) {
     const auto before = known.find(pair.identity);
     if (before != known.end()) pair.state = before->second;
   }
-  normals_.assign(pairs.size(), Eigen::Vector3d::UnitZ());
-  pairs_ = std::move(pairs);
   blocks_.rebuild(pairs_, sides_);
-  group_count_ = static_cast<int>(groups.size());
+
+  near_.clear(part_count());
+  for (int i = link_parts_; i < part_count(); ++i) {
+    if (!parts_[i].handled) continue;
+    if (parts_[i].stands()) {
+      for (const int mover : movers_) near_.keep(*this, mover, i, {.handled = true});
+    } else if (parts_[i].moves_with_arm()) {
+      for (int other = link_parts_; other < part_count(); ++other) {
+        if (parts_[other].stands()) near_.keep(*this, i, other, {.handled = true});
+      }
+    }
+  }
+  keep_near(watched);
 }
 
-void MonitoredPairs::place(std::span<const MeasuredArm> arms, std::span<const ObstacleState> obstacles) {
-  if (arms.size() != arms_.size() || obstacles.size() + links_ != carriers_.size()) {
+void MonitoredPairs::keep_near(const PairStates& states) {
+  if (states.empty()) return;
+  std::vector<std::pair<int, int>> by_name;  // and index
+  for (int i = 0; i < part_count(); ++i) by_name.emplace_back(parts_[i].name, i);
+  std::sort(by_name.begin(), by_name.end());
+  const auto parts_of = [&](std::uint64_t name) {
+    const auto first = std::lower_bound(by_name.begin(), by_name.end(), std::pair(static_cast<int>(name), 0));
+    auto last = first;
+    while (last != by_name.end() && last->first == static_cast<int>(name)) ++last;
+    return std::span(first, last);
+  };
+  for (const auto& [known, state] : states) {
+    for (const auto& [name_a, a] : parts_of(known.first >> 32)) {
+      for (const auto& [name_b, b] : parts_of(known.first & 0xFFFFFFFFU)) {
+        const bool near = parts_[a].moves_with_arm() && parts_[b].stands();
+        const bool near_too = parts_[b].moves_with_arm() && parts_[a].stands();
+        if ((near || near_too) && identity(a, b) == known) near_.keep(*this, near ? a : b, near ? b : a, state);
+      }
+    }
+  }
+}
+
+void MonitoredPairs::set_states(const PairStates& states) {
+  for_each([&](MonitoredPair& pair) {
+    const auto known = states.find(pair.identity);
+    pair.state = known == states.end() ? PairState{} : known->second;
+  });
+  keep_near(states);
+  reset_bounds();
+}
+
+bool MonitoredPairs::any_standing_pair() const {
+  return near_.any_standing() && std::any_of(movers_.begin(), movers_.end(), [&](int mover) { return placed(mover); });
+}
+
+std::span<MonitoredPair* const> MonitoredPairs::candidates(const std::array<double, kContactKinds>& smallest) {
+  open_.clear();
+  open_near_.clear();
+  for (const PairRun& run : blocks_.candidates(side_travel_, smallest)) {
+    for (int i = run.first; i < run.end; ++i) open_.push_back(&pairs_[i]);
+  }
+  near_.candidates(*this, smallest[static_cast<std::size_t>(ContactKind::kArmObstacle)], open_near_);
+  // Of two pairs at the same distance, the report names the first.
+  const auto earlier = [](const MonitoredPair* one, const MonitoredPair* other) { return one->order < other->order; };
+  std::sort(open_near_.begin(), open_near_.end(), earlier);
+  const auto middle = open_.insert(open_.end(), open_near_.begin(), open_near_.end());
+  std::inplace_merge(open_.begin(), middle, open_.end(), earlier);
+  return open_;
+}
+
+void MonitoredPairs::place(std::span<const MeasuredArm> arms, const PresentStates& obstacles) {
+  const std::size_t count = obstacles.states.size();
+  if (arms.size() != arms_.size() || count + links_ != carriers_.size() ||
+      (!obstacles.changes.empty() && obstacles.changes.size() != count)) {
     throw std::invalid_argument("the contact monitor needs one entry per arm and one per obstacle");
   }
   for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
@@ -241,12 +342,32 @@ void MonitoredPairs::place(std::span<const MeasuredArm> arms, std::span<const Ob
     }
     side_travel_[arm] += farthest;
   }
-  for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    Carrier& carrier = carriers_[links_ + i];
-    if (carrier.parts.empty()) continue;
-    const int arm = parts_[carrier.parts.front()].arm;
-    if (arm < 0 || arms[arm].known) side_travel_[arms_.size() + i] += move(carrier, obstacles[i].X_WO);
+  const std::vector<int> waiting = std::move(waiting_);
+  waiting_.clear();
+  for (const int i : waiting) place_obstacle(i, obstacles.states[i], arms);
+  std::uint64_t latest = seen_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t change = obstacles.changes.empty() ? seen_ + 1 : obstacles.changes[i];
+    if (change <= seen_) continue;
+    latest = std::max(latest, change);
+    place_obstacle(static_cast<int>(i), obstacles.states[i], arms);
   }
+  seen_ = obstacles.changes.empty() ? 0 : latest;
+}
+
+void MonitoredPairs::place_obstacle(int obstacle, const ObstacleState& state, std::span<const MeasuredArm> arms) {
+  Carrier& carrier = carriers_[links_ + obstacle];
+  if (carrier.parts.empty()) return;
+  const MonitoredPart& first = parts_[carrier.parts.front()];
+  if (first.arm >= 0 && !arms[first.arm].known) {
+    if (std::find(waiting_.begin(), waiting_.end(), obstacle) == waiting_.end()) waiting_.push_back(obstacle);
+    return;
+  }
+  const bool same = carrier.placed && carrier.X_WC.matrix() == state.X_WO.matrix();
+  if (same) return;
+  side_travel_[arms_.size() + obstacle] += move(carrier, state.X_WO);
+  if (!first.stands()) return;
+  for (const int part : carrier.parts) near_.put(*this, part);
 }
 
 double MonitoredPairs::move(Carrier& carrier, const Pose& X_WC) {
@@ -278,15 +399,15 @@ btTransform MonitoredPairs::X_WS(const MonitoredPart& part) const {
 double MonitoredPairs::gap_along_last_normal(const MonitoredPair& pair) const {
   const MonitoredPart& a = parts_[pair.a];
   const MonitoredPart& b = parts_[pair.b];
-  const Eigen::Vector3d n_W = carriers_[a.carrier].X_WC.linear() * normals_[pair.index];
+  const Eigen::Vector3d n_W = carriers_[a.carrier].X_WC.linear() * pair.n_C;
   return gap_along(to_bullet(n_W), *a.shape, X_WS(a), *b.shape, X_WS(b));
 }
 
-double MonitoredPairs::exact_distance(const MonitoredPair& pair) {
+double MonitoredPairs::exact_distance(MonitoredPair& pair) const {
   const MonitoredPart& a = parts_[pair.a];
   const MonitoredPart& b = parts_[pair.b];
   const SignedDistance found = signed_distance(*a.shape, X_WS(a), *b.shape, X_WS(b));
-  normals_[pair.index] = carriers_[a.carrier].X_WC.linear().transpose() * from_bullet(found.n_W);
+  pair.n_C = carriers_[a.carrier].X_WC.linear().transpose() * from_bullet(found.n_W);
   return found.distance;
 }
 

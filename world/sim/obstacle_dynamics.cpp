@@ -14,7 +14,12 @@ namespace {
 constexpr double kNeutralFriction = 1.0;
 constexpr double kNeutralRestitution = 1.0;
 
-constexpr double kMaxSubstep = 0.005;  // [s]
+constexpr double kMaxSubstep = 0.005;   // [s]
+constexpr double kMinSubstep = 0.0005;  // [s]
+
+// A body below both speeds rests. Bullet's own thresholds would stop a body that still rolls or tilts.
+constexpr double kRestingSpeed = 0.002;  // [m/s]
+constexpr double kRestingTurn = 0.02;    // [rad/s]
 
 constexpr int kDynamicGroup = 1;
 constexpr int kFixedGroup = 2;  // floor, arms, static and scripted obstacles: meet dynamic bodies only
@@ -67,6 +72,28 @@ bool can_roll(const PlacedShape& placed) {
   return !std::holds_alternative<Box>(placed.shape) && !std::holds_alternative<Convex>(placed.shape);
 }
 
+/// Radius of a ball that fits into the shape around its centre, or around the centroid of a hull [m].
+double inner_radius(const Shape& shape) {
+  struct Visitor {
+    double operator()(const Box& box) const { return box.half_extents.minCoeff(); }
+    double operator()(const Sphere& sphere) const { return sphere.radius; }
+    double operator()(const Capsule& capsule) const { return capsule.radius; }
+    double operator()(const Cylinder& cylinder) const { return std::min(cylinder.radius, cylinder.half_length); }
+    double operator()(const Convex& convex) const {
+      const ConvexHull& hull = *convex.hull;
+      const Eigen::Vector3d centre = centroid(hull);
+      double least = bounding_sphere(Shape(convex)).radius;
+      for (const auto& face : hull.faces) {
+        const auto& corner = hull.vertices[face[0]];
+        const Eigen::Vector3d normal = (hull.vertices[face[1]] - corner).cross(hull.vertices[face[2]] - corner);
+        if (normal.norm() > 0.0) least = std::min(least, std::abs(normal.normalized().dot(centre - corner)));
+      }
+      return least;
+    }
+  };
+  return std::visit(Visitor{}, shape);
+}
+
 btRigidBody::btRigidBodyConstructionInfo massless(btCollisionShape* shape) {
   btRigidBody::btRigidBodyConstructionInfo info(0.0, nullptr, shape);
   info.m_friction = kNeutralFriction;
@@ -116,6 +143,7 @@ PhysicsSpace::PhysicsSpace(double floor_z, const Eigen::Vector3d& gravity)
       SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION;
   world_->getSolverInfo().m_numIterations = 20;
   world_->getDispatchInfo().m_deterministicOverlappingPairs = true;
+  world_->setForceUpdateAllAabbs(false);  // bodies that stand or sleep keep their boxes
   world_->setGravity(to_bullet(gravity));
   world_->addRigidBody(floor_.get(), kFixedGroup, kDynamicGroup);
 }
@@ -128,13 +156,33 @@ void PhysicsSpace::step(double h) {
   world_->stepSimulation(h, 0);
 }
 
-RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const Pose& X_WO) : space_(space) {
+void PhysicsSpace::wake_at(const btRigidBody& body) {
+  struct Wake final : btBroadphaseAabbCallback {
+    bool process(const btBroadphaseProxy* proxy) override {
+      static_cast<btCollisionObject*>(proxy->m_clientObject)->activate();  // does nothing unless it is dynamic
+      return true;
+    }
+  };
+  // Contacts begin a little before bodies touch.
+  const btVector3 near(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold);
+  btVector3 least;
+  btVector3 greatest;
+  body.getAabb(least, greatest);
+  Wake wake;
+  broadphase_->aabbTest(least - near, greatest + near, wake);
+}
+
+RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const Pose& X_WO, bool guided)
+    : space_(space) {
   build_shape(shapes);
   body_ = std::make_unique<btRigidBody>(massless(compound_.get()));
-  body_->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-  body_->setActivationState(DISABLE_DEACTIVATION);
+  if (guided) {
+    body_->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    body_->setActivationState(DISABLE_DEACTIVATION);
+  }
   place({X_WO, {}}, 1.0);
   space_.bullet().addRigidBody(body_.get(), kFixedGroup, kDynamicGroup);
+  space_.wake_at(*body_);
 }
 
 RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const DynamicMotion& motion,
@@ -151,15 +199,17 @@ RigidBody::RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, c
   info.m_restitution = motion.restitution;
   info.m_startWorldTransform = to_bullet(start.X_WO * X_OM_);
   body_ = std::make_unique<btRigidBody>(info);
-  // A sleeping body would stay in the air when its support moves away.
-  body_->setActivationState(DISABLE_DEACTIVATION);
+  body_->setSleepingThresholds(kRestingSpeed, kRestingTurn);
+  for (const PlacedShape& placed : shapes) safe_motion_ = std::max(safe_motion_, inner_radius(placed.shape));
   const Eigen::Vector3d centre_W = start.X_WO * X_OM_.translation();
   body_->setLinearVelocity(to_bullet(start.velocity.at(centre_W, start.X_WO.translation())));
   body_->setAngularVelocity(to_bullet(start.velocity.angular));
   space_.bullet().addRigidBody(body_.get(), kDynamicGroup, kDynamicGroup | kFixedGroup);
+  space_.wake_at(*body_);
 }
 
 RigidBody::~RigidBody() {
+  space_.wake_at(*body_);  // a sleeping body would stay in the air without its support
   space_.bullet().removeRigidBody(body_.get());
 }
 
@@ -196,6 +246,7 @@ void RigidBody::place(const MotionState& state, double h) {
 
 MotionState RigidBody::state() const {
   const Pose X_WM = from_bullet(body_->getWorldTransform());
+  if (!awake()) return {X_WM * X_OM_.inverse(), {}};
   const Twist at_centre{from_bullet(body_->getLinearVelocity()), from_bullet(body_->getAngularVelocity())};
   MotionState state;
   state.X_WO = X_WM * X_OM_.inverse();
@@ -203,49 +254,74 @@ MotionState RigidBody::state() const {
   return state;
 }
 
-void ObstacleDynamics::advance(const DynamicsInput& input, std::span<MotionState> states, double dt) {
-  const auto& obstacles = input.scene.obstacles;
-  if (dt <= 0.0 || std::none_of(obstacles.begin(), obstacles.end(), is_free)) return;
+std::span<const int> ObstacleDynamics::advance(const DynamicsInput& input, std::span<ObstacleState> states, double dt) {
+  moved_.clear();
+  if (dt <= 0.0 || input.free.empty()) return moved_;
   make_missing(input, states);
 
-  // Rounding must not add a substep to a dt of a whole number of substeps.
-  const int substeps = std::max(1, static_cast<int>(std::ceil(dt / kMaxSubstep - 1e-9)));
-  const double h = dt / substeps;
-  for (int i = 0; i < substeps; ++i) {
+  const int count = substeps(input, dt);
+  const double h = dt / count;
+  for (int i = 0; i < count; ++i) {
     place(input, dt, i * h, h);
     space_->step(h);
   }
-  for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    if (is_free(obstacles[i])) states[i] = bodies_[i]->state();
+  for (const int i : input.free) {
+    if (!bodies_[i]->may_have_moved()) continue;
+    const MotionState state = bodies_[i]->state();
+    states[i] = {state.X_WO, state.velocity, 0.0};
+    moved_.push_back(i);
   }
+  return moved_;
 }
 
-void ObstacleDynamics::make_missing(const DynamicsInput& input, std::span<const MotionState> states) {
+int ObstacleDynamics::substeps(const DynamicsInput& input, double dt) const {
+  double shortest = kMaxSubstep;
+  const double fall = input.scene.gravity.norm() * dt;
+  for (const int i : input.free) {
+    const RigidBody& body = *bodies_[i];
+    const double speed = body.awake() ? body.speed() + fall : 0.0;
+    if (speed * shortest > body.safe_motion()) shortest = body.safe_motion() / speed;
+  }
+  // Rounding must not add a substep to a dt of a whole number of substeps.
+  return std::max(1, static_cast<int>(std::ceil(dt / std::max(shortest, kMinSubstep) - 1e-9)));
+}
+
+void ObstacleDynamics::make_missing(const DynamicsInput& input, std::span<const ObstacleState> states) {
+  if (complete_) return;
   if (!space_) space_ = std::make_unique<PhysicsSpace>(input.scene.floor_z, input.scene.gravity);
+  complete_ = true;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Obstacle& obstacle = input.scene.obstacles[i];
     if (bodies_[i]) continue;
+    const Obstacle& obstacle = input.scene.obstacles[i];
     if (is_free(obstacle)) {
       const auto& motion = std::get<DynamicMotion>(obstacle.motion);
-      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, motion, states[i]);
+      const MotionState start{states[i].X_WO, states[i].velocity};
+      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, motion, start);
     } else if (!obstacle.attachment || input.carriers[i]->known()) {
-      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, states[i].X_WO);
+      const bool guided = obstacle.attachment || is_scripted(obstacle.motion);
+      bodies_[i] = std::make_unique<RigidBody>(*space_, obstacle.shapes, states[i].X_WO, guided);
+    } else {
+      complete_ = false;
     }
   }
   arm_bodies_.resize(input.arms.size());
   for (std::size_t arm = 0; arm < input.arms.size(); ++arm) {
-    if (!input.tracks[arm].known() || !arm_bodies_[arm].empty()) continue;
+    if (!arm_bodies_[arm].empty()) continue;
+    if (!input.tracks[arm].known()) {
+      complete_ = false;
+      continue;
+    }
     for (const auto& part : input.arms[arm].parts) {
-      arm_bodies_[arm].push_back(
-          std::make_unique<RigidBody>(*space_, std::span(&part.shape, 1), input.tracks[arm].X_WL()[part.link]));
+      const Pose& X_WL = input.tracks[arm].X_WL()[part.link];
+      arm_bodies_[arm].push_back(std::make_unique<RigidBody>(*space_, std::span(&part.shape, 1), X_WL, true));
     }
   }
 }
 
 void ObstacleDynamics::place(const DynamicsInput& input, double dt, double elapsed, double h) {
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (const int i : input.guided) {
     const Obstacle& obstacle = input.scene.obstacles[i];
-    if (!bodies_[i] || is_free(obstacle)) continue;
+    if (!bodies_[i]) continue;
     bodies_[i]->place(obstacle.attachment ? carried(input.carriers[i]->tool_at(dt, elapsed), obstacle.attachment->X_TO)
                                           : motion_at(obstacle, input.time + elapsed),
                       h);

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <btBulletDynamicsCommon.h>
@@ -65,6 +66,8 @@ class PhysicsSpace {
   /// One substep of h [s].
   void step(double h);
   [[nodiscard]] btDiscreteDynamicsWorld& bullet() { return *world_; }
+  /// Wakes the dynamic bodies at `body`, which comes or goes.
+  void wake_at(const btRigidBody& body);
 
  private:
   std::unique_ptr<btDefaultCollisionConfiguration> configuration_;
@@ -80,19 +83,25 @@ class PhysicsSpace {
 /// origin at the centre of mass and lies along the principal axes.
 class RigidBody {
  public:
-  /// Kinematic: pushes other bodies, is never pushed.
-  RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const Pose& X_WO);
-  /// Dynamic, of uniform density. Rolling friction acts on bodies with a round shape only; a hull has the inertia of
-  /// its bounding box.
+  /// Pushes other bodies, is never pushed. `guided`: place() moves it; else it stands.
+  RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const Pose& X_WO, bool guided);
+  /// Dynamic, of uniform density. Sleeps once it and all bodies that it touches have rested for 2 s. Rolling friction
+  /// acts on bodies with a round shape only; a hull has the inertia of its bounding box.
   RigidBody(PhysicsSpace& space, std::span<const PlacedShape> shapes, const DynamicMotion& motion,
             const MotionState& start);
   ~RigidBody();
   RigidBody(const RigidBody&) = delete;
   RigidBody& operator=(const RigidBody&) = delete;
 
-  /// Kinematic bodies only: state at the beginning of the next substep of h [s].
+  /// Guided bodies only: state at the beginning of the next substep of h [s].
   void place(const MotionState& state, double h);
   [[nodiscard]] MotionState state() const;
+  [[nodiscard]] bool awake() const { return body_->isActive(); }
+  /// True at most once after the body has fallen asleep: its state stays the same until it wakes.
+  [[nodiscard]] bool may_have_moved() { return std::exchange(read_awake_, awake()) || read_awake_; }
+  /// Distance that the body may move in a substep without passing through a plate [m].
+  [[nodiscard]] double safe_motion() const { return safe_motion_; }
+  [[nodiscard]] double speed() const { return body_->getLinearVelocity().length(); }  ///< of the centre [m/s]
 
  private:
   void build_shape(std::span<const PlacedShape> shapes);
@@ -103,6 +112,8 @@ class RigidBody {
   std::vector<std::unique_ptr<btConvexShape>> parts_;
   std::unique_ptr<btCompoundShape> compound_;
   std::unique_ptr<btRigidBody> body_;
+  bool read_awake_ = true;
+  double safe_motion_ = 0.0;
 };
 
 /// The input of one step.
@@ -111,6 +122,8 @@ struct DynamicsInput {
   std::span<const ArmBodies> arms;
   std::span<const ArmTrack> tracks;           ///< one per arm
   std::span<const ArmTrack* const> carriers;  ///< one per obstacle: the arm that carries it, or null
+  std::span<const int> guided;                ///< obstacles that follow a script or an arm
+  std::span<const int> free;                  ///< obstacles that are free
   double time = 0.0;                          ///< at the beginning of the step [s]
 };
 
@@ -118,20 +131,31 @@ struct DynamicsInput {
 class ObstacleDynamics {
  public:
   /// Obstacle i has changed: the next step makes its body again.
-  void renew(int obstacle) { bodies_[obstacle].reset(); }
-  void append() { bodies_.emplace_back(); }
+  void renew(int obstacle) {
+    bodies_[obstacle].reset();
+    complete_ = false;
+  }
+  void append() {
+    bodies_.emplace_back();
+    complete_ = false;
+  }
   void erase(int obstacle) { bodies_.erase(bodies_.begin() + obstacle); }
 
-  /// Advances the states of free obstacles by dt [s], in equal substeps of at most 5 ms. Does nothing without any.
-  void advance(const DynamicsInput& input, std::span<MotionState> states, double dt);
+  /// Advances the states of free obstacles by dt [s], in equal substeps of at most 5 ms. A free obstacle that would
+  /// move farther than half its thickness in one makes them shorter, to 0.5 ms at least. Does nothing without free
+  /// obstacles. Returns the obstacles that may have moved; valid until the next call.
+  std::span<const int> advance(const DynamicsInput& input, std::span<ObstacleState> states, double dt);
 
  private:
-  void make_missing(const DynamicsInput& input, std::span<const MotionState> states);
+  void make_missing(const DynamicsInput& input, std::span<const ObstacleState> states);
   void place(const DynamicsInput& input, double dt, double elapsed, double h);
+  [[nodiscard]] int substeps(const DynamicsInput& input, double dt) const;
 
   std::unique_ptr<PhysicsSpace> space_;                              ///< outlives the bodies
   std::vector<std::unique_ptr<RigidBody>> bodies_;                   ///< of the obstacles
   std::vector<std::vector<std::unique_ptr<RigidBody>>> arm_bodies_;  ///< of each arm's parts
+  bool complete_ = false;                                            ///< no body is missing
+  std::vector<int> moved_;
 };
 
 }  // namespace hecaton::world

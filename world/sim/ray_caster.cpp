@@ -1,9 +1,11 @@
 #include "world/sim/ray_caster.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
 #include "world/sim/bullet_shape.hpp"
+#include "world/sim/shape_tree.hpp"
 
 namespace hecaton::world {
 namespace {
@@ -14,7 +16,13 @@ struct Target {
   Pose X_OS = Pose::Identity();
   BoundingSphere bound;  ///< in S
   std::unique_ptr<btConvexShape> shape;
+  Pose X_WS = Pose::Identity();
 };
+
+/// A ray that passes a box at this distance may end on its shape, by the tolerances below [m].
+constexpr double kBoxMargin = 1e-4;
+/// Moving obstacles change the tree only when they leave their boxes, larger by this [m].
+constexpr double kBoxSlack = 0.02;
 
 bool intersects_sphere(const Eigen::Vector3d& p, const Eigen::Vector3d& d, double length, const Eigen::Vector3d& centre,
                        double radius) {
@@ -48,7 +56,10 @@ std::optional<double> trace(const btConvexShape& shape, const btTransform& X_WS,
 }  // namespace
 
 struct RayCaster::Impl {
-  std::vector<Target> targets;
+  std::vector<Target> targets;  ///< ascending by obstacle
+  std::vector<int> first;       ///< target of each obstacle, and their number
+  ShapeTree tree;
+  std::uint64_t seen = 0;  ///< greatest number of a change of a state
 };
 
 RayCaster::RayCaster() : impl_(std::make_unique<Impl>()) {}
@@ -57,17 +68,38 @@ RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 void RayCaster::set_obstacles(std::span<const Obstacle> obstacles) {
-  impl_->targets.clear();
+  *impl_ = Impl();
   for (int i = 0; i < static_cast<int>(obstacles.size()); ++i) {
+    impl_->first.push_back(static_cast<int>(impl_->targets.size()));
     if (obstacles[i].attachment) continue;
     for (const PlacedShape& placed : obstacles[i].shapes) {
       impl_->targets.push_back({i, placed.X_BS, bounding_sphere(placed.shape), make_bullet_shape(placed.shape)});
     }
   }
+  impl_->first.push_back(static_cast<int>(impl_->targets.size()));
 }
 
-std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d_W, double range,
-                                      std::span<const ObstacleState> states) const {
+void RayCaster::place(const PresentStates& states) {
+  const std::size_t count = impl_->first.empty() ? 0 : impl_->first.size() - 1;
+  if (states.states.size() != count || (!states.changes.empty() && states.changes.size() != count)) {
+    throw std::invalid_argument("the ray caster needs one state per obstacle");
+  }
+  std::uint64_t latest = impl_->seen;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!states.changes.empty()) {
+      if (states.changes[i] <= impl_->seen) continue;
+      latest = std::max(latest, states.changes[i]);
+    }
+    for (int number = impl_->first[i]; number < impl_->first[i + 1]; ++number) {
+      Target& target = impl_->targets[static_cast<std::size_t>(number)];
+      target.X_WS = states.states[i].X_WO * target.X_OS;
+      impl_->tree.put(number, bounding_box(*target.shape, to_bullet(target.X_WS)).grown(kBoxMargin), kBoxSlack);
+    }
+  }
+  impl_->seen = latest;
+}
+
+std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::Vector3d& d_W, double range) const {
   const btVector3 from = to_bullet(p_W);
   const btVector3 along = to_bullet(d_W);
   const btVector3 to = from + range * along;
@@ -75,17 +107,17 @@ std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::V
   const btTransform X_to(btQuaternion::getIdentity(), to);
   std::optional<double> nearest;
   btCollisionObject body;
-  for (const Target& target : impl_->targets) {
-    const Pose X_WS = states[target.obstacle].X_WO * target.X_OS;
-    if (!intersects_sphere(p_W, d_W, range, X_WS * target.bound.centre, target.bound.radius)) continue;
-    const btTransform X = to_bullet(X_WS);
+  impl_->tree.crossed(from, to, [&](int number) {
+    const Target& target = impl_->targets[static_cast<std::size_t>(number)];
+    if (!intersects_sphere(p_W, d_W, range, target.X_WS * target.bound.centre, target.bound.radius)) return;
+    const btTransform X = to_bullet(target.X_WS);
     btCollisionWorld::ClosestRayResultCallback hit(from, to);
     btCollisionWorld::rayTestSingle(X_from, X_to, &body, target.shape.get(), X, hit);
     // Bullet's ray cast misses a shape in which the ray begins.
-    if (!hit.hasHit() && distance(*target.shape, X, from) > 0.0) continue;
+    if (!hit.hasHit() && distance(*target.shape, X, from) > 0.0) return;
     const auto t = trace(*target.shape, X, from, along, range);
     if (t) nearest = std::min(nearest.value_or(range), *t);
-  }
+  });
   return nearest;
 }
 

@@ -27,6 +27,7 @@ class RangeScannerTest : public testing::Test {
     obstacles_ = {wall};
     states_ = {{wall.X_WO, {}, 0.0}};
     caster_.set_obstacles(obstacles_);
+    caster_.place(states_);
   }
 
   [[nodiscard]] int link(const std::string& name) const {
@@ -35,7 +36,7 @@ class RangeScannerTest : public testing::Test {
     return i;
   }
   [[nodiscard]] std::vector<RangeScan> scan(RangeScanner& scanner, double now) {
-    return scanner.scan(now, stretched_, caster_, states_);
+    return scanner.scan(now, stretched_, caster_);
   }
 
   PlannedArm arm_;
@@ -54,7 +55,7 @@ TEST_F(RangeScannerTest, MeasuresFromTheLinkPose) {
   EXPECT_NEAR(scans[0].readings[0].distance, 1.0, 1e-5);
   RangeScanner other(arm_, 1);
   const JointVector turned = Eigen::Vector2d(std::asin(0.8), 0.0);  // the ray leans to the left, from y = 0.4
-  const auto aside = other.scan(0.0, turned, caster_, states_);
+  const auto aside = other.scan(0.0, turned, caster_);
   EXPECT_NEAR(aside[0].readings[0].distance, 0.6 / 0.6, 1e-5);
 }
 

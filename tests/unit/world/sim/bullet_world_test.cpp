@@ -170,6 +170,73 @@ TEST(BulletWorld, ConveyorRestartDoesNotAccelerateBodies) {
   }
 }
 
+/// Number of the last change of an obstacle's pose.
+std::uint64_t change(const BulletWorld& world, int obstacle) {
+  return world.present().changes[static_cast<std::size_t>(obstacle)];
+}
+
+/// A box of 0.1 m that has slept on a table at 0.5 m.
+BulletWorld sleeping_on_table(std::vector<ArmBodies> arms = {}, Obstacle more = {}) {
+  std::vector<Obstacle> obstacles{thing("box", Box{{0.05, 0.05, 0.05}}, at_point(0, 0, 0.551), falling()),
+                                  thing("table", Box{{0.3, 0.3, 0.05}}, at_point(0, 0, 0.45))};
+  if (!more.name.empty()) obstacles.push_back(std::move(more));
+  BulletWorld world = world_of(obstacles, std::move(arms));
+  for (int i = 0; i < 400; ++i) world.step(0.01);
+  const std::uint64_t before = change(world, 0);
+  for (int i = 0; i < 10; ++i) world.step(0.01);
+  EXPECT_EQ(change(world, 0), before) << "the box is awake";
+  return world;
+}
+
+TEST(BulletWorld, SleepingBodyFallsWhenItsSupportMovesOrGoes) {
+  BulletWorld moved = sleeping_on_table();
+  ASSERT_TRUE(moved.move("table", at_point(5, 0, 0.45)).done());
+  for (int i = 0; i < 20; ++i) moved.step(0.01);
+  EXPECT_NEAR(place(moved).z(), 0.55 - 0.5 * kGravity * 0.04, 0.02);
+  BulletWorld removed = sleeping_on_table();
+  ASSERT_TRUE(removed.remove("table").done());
+  for (int i = 0; i < 20; ++i) removed.step(0.01);
+  EXPECT_NEAR(place(removed).z(), 0.55 - 0.5 * kGravity * 0.04, 0.02);
+}
+
+TEST(BulletWorld, SleepingBodyIsPushedByAnArmAndByAFallingBody) {
+  BulletWorld pushed = sleeping_on_table({box_arm("arm1")});
+  for (int i = 0; i <= 100; ++i) {
+    ASSERT_TRUE(put_arm(pushed, 0, at_point(-0.3 + 0.003 * i, 0, 0.56)));
+    pushed.step(0.01);
+  }
+  EXPECT_GT(place(pushed).x(), 0.05);
+  BulletWorld hit = sleeping_on_table();
+  DynamicMotion thrown = falling();
+  thrown.initial_velocity.linear = Eigen::Vector3d(2, 0, 0);
+  ASSERT_TRUE(hit.add(thing("ball", Sphere{0.05}, at_point(-0.2, 0, 0.56), thrown)).done());
+  for (int i = 0; i < 30; ++i) hit.step(0.01);
+  EXPECT_GT(place(hit).x(), 0.01);
+}
+
+TEST(BulletWorld, BodyOnMovingSupportStaysAwake) {
+  BulletWorld world = world_of({thing("box", Box{{0.05, 0.05, 0.05}}, at_point(0, 0, 0.55), falling()),
+                                thing("lift", Box{{0.3, 0.3, 0.05}}, at_point(0, 0, 0.45),
+                                      SineMotion{Eigen::Vector3d::UnitZ(), 0.0005, 20.0, 0.0})});
+  for (int i = 0; i < 1000; ++i) world.step(0.01);
+  const std::uint64_t before = change(world, 0);
+  world.step(0.01);
+  EXPECT_NE(change(world, 0), before);
+  EXPECT_NEAR(place(world).z(), place(world, 1).z() + 0.1, 0.002);
+}
+
+TEST(BulletWorld, FastSmallBodyStopsAtThinPlate) {
+  for (const double speed : {1.0, 5.0, 10.0, 15.0}) {
+    DynamicMotion thrown = falling();
+    thrown.initial_velocity.linear = Eigen::Vector3d(speed, 0, 0);
+    // 15 m/s are 75 mm in a substep of 5 ms.
+    BulletWorld world = world_of({thing("ball", Sphere{0.01}, at_point(-0.55, 0, 1.5), thrown),
+                                  thing("plate", Box{{0.003, 1.0, 1.5}}, at_point(0, 0, 1.5))});
+    for (int i = 0; i < 60; ++i) world.step(0.01);
+    EXPECT_LT(place(world).x(), -0.003) << speed << " m/s";
+  }
+}
+
 TEST(BulletWorld, UnknownArmsPushNothing) {
   BulletWorld world =
       world_of({thing("box", Box{Vector3d(0.05, 0.05, 0.05)}, at_point(0, 0, 0.05), falling())}, {box_arm("arm1")});

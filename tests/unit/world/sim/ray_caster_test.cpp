@@ -21,7 +21,8 @@ class RayCasterTest : public testing::Test {
     std::vector<ObstacleState> states;
     for (const Obstacle& one : obstacles_) states.push_back({one.X_WO, {}, 0.0});
     caster_.set_obstacles(obstacles_);
-    return caster_.cast(p, d.normalized(), range, states);
+    caster_.place(states);
+    return caster_.cast(p, d.normalized(), range);
   }
   std::vector<Obstacle> obstacles_;
   RayCaster caster_;
