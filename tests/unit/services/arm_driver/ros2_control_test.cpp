@@ -81,10 +81,11 @@ TEST(Ros2ControlOptions, RefusesWrongKeys) {
   EXPECT_EQ(ros2_control_refusal({{"domain", "200"}}), where + "domain = 200 must be 0 to 199");
   EXPECT_EQ(ros2_control_refusal({{"domain", "1.5"}}), where + "domain = 1.5 must be a whole number");
   EXPECT_EQ(ros2_control_refusal({{"interface", "effort"}}),
-            where + "interface = effort must be position or trajectory");
+            where + "interface = effort must be position, trajectory or action");
   EXPECT_EQ(ros2_control_refusal({{"interface", "velocity"}}),
             where +
-                "interface = velocity must be position or trajectory: when commands cease, a velocity controller goes "
+                "interface = velocity must be position, trajectory or action: when commands cease, a velocity "
+                "controller goes "
                 "on at its last velocity");
   EXPECT_EQ(ros2_control_refusal({{"namespace", "left"}}),
             where + "namespace = left must be a namespace of ROS 2, such as /left");

@@ -325,7 +325,7 @@ TEST(ToolKeys, DependOnTheTypeOfTheDevice) {
   for (const device::DeviceType& type : device::device_types()) {
     const bool has_signals = type.type == "simulated" || type.type == "universal_robots";
     EXPECT_EQ(type.signal != nullptr, has_signals) << type.type;
-    EXPECT_EQ(type.moves_outside, type.type == "simulated") << type.type;
+    EXPECT_EQ(type.moves_outside, type.type == "simulated" || type.type == "ros2_control") << type.type;
     if (type.type != "universal_robots") continue;
     EXPECT_EQ(type.signal("tool_output 1"), device::SignalKind::kDigitalOutput);
     EXPECT_EQ(type.signal("analog_input 0"), device::SignalKind::kAnalogInput);
