@@ -104,7 +104,7 @@ ONLY_IN = {
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],
     r"^dds/": ["tests/cell/interop/", "tests/robots/"],
-    r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/", "tests/cell/ros2/"],
+    r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/", "tests/cell/ros2/", "tests/robots/"],
     r"^spdlog/": ["services/", "tests/unit/services/"],
     r"^CLI/": ["services/", "tests/unit/services/", "tests/bench/"],
     r"^openssl/": ["services/security/"],

@@ -65,6 +65,8 @@ void add_outside(const planner::Arm& arm, const std::optional<config::Gripper>& 
   for (const planner::OutsideJoint& joint : arm.model->outside->joints) {
     const bool finger =
         gripper && std::find(gripper->joints.begin(), gripper->joints.end(), joint.name) != gripper->joints.end();
+    setup.outside_names.push_back(joint.name);
+    setup.fingers.push_back(finger);
     setup.outside.push_back(finger ? gripper->opened : 0.5 * (joint.range.lower + joint.range.upper));
   }
   if (gripper) setup.outside_speed = gripper->speed;

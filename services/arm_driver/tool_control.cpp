@@ -27,6 +27,8 @@ constexpr std::chrono::milliseconds kPlannersKnow{100};
 constexpr std::chrono::seconds kLongestMotion{10};
 /// A finger that is nearer to its target has arrived [rad | m].
 constexpr double kArrived = 1e-4;
+/// A real gripper that is nearer to its target has arrived, as a share of the way between closed and open.
+constexpr double kNear = 0.05;
 
 std::string number_text(double value) {
   char text[32];
@@ -143,6 +145,7 @@ std::optional<msg::Cause> ToolControl::begin_gripper(const msg::DeviceRequest& r
   if (closing_ && !holding_.empty()) return not_now("its gripper holds " + holding_ + ": open it first");
   if (inputs.q.size() == 0) return not_now("its position is not known yet");
   position_ = position;
+  force_ = request.force();
   phase_ = Phase::kStanding;
   since_ = inputs.now;
   return std::nullopt;
@@ -152,6 +155,8 @@ std::optional<msg::Cause> ToolControl::begin_gripper(const msg::DeviceRequest& r
 void ToolControl::prepare(const ToolInputs& inputs) {
   target_ = with_gripper_at(position_);
   grasping_.clear();
+  contact_.reset();
+  after_release_ = msg::Cause();
   if (closing_ && !gripper_->joints.empty()) {
     std::vector<double> from;
     for (std::size_t i = 0; i < between_.size(); ++i) {
@@ -161,8 +166,11 @@ void ToolControl::prepare(const ToolInputs& inputs) {
     }
     if (const auto grasp = find_grasp(arm_, inputs.q, from, target_, inputs.obstacles())) {
       grasping_ = grasp->obstacle;
-      // Signals close a real gripper as far as the object lets it.
-      if (!moves_by_signals()) target_ = grasp->positions;
+      for (std::size_t i = 0; i < between_.size(); ++i) {
+        if (is_finger(i)) contact_ = grasp->positions[i];
+      }
+      // A real gripper closes as far as the object lets it.
+      if (!moves_by_signals() && !yields()) target_ = grasp->positions;
     }
   }
   phase_ = Phase::kAttaching;
@@ -279,7 +287,7 @@ void ToolControl::settle() {
 }
 
 device::DeviceResult ToolControl::start_moving() {
-  if (!moves_by_signals()) return device_.move_outside(target_);
+  if (!moves_by_signals()) return device_.move_outside(target_, force_);
   for (const auto& [name, value] : closing_ ? gripper_->close : gripper_->open) {
     const auto found = std::find_if(options_.signals.begin(), options_.signals.end(),
                                     [&](const config::SignalOptions& signal) { return signal.name == name; });
@@ -288,6 +296,26 @@ device::DeviceResult ToolControl::start_moving() {
     }
   }
   return {};
+}
+
+std::optional<double> ToolControl::finger() const {
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    if (is_finger(i)) return positions_[i];
+  }
+  return std::nullopt;
+}
+
+/// A measured finger that others move, or whose position becomes known, is where it is measured.
+void ToolControl::follow_fingers() {
+  if (!yields()) return;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    if (!is_finger(i) || !positions_[i]) continue;
+    const planner::MotionRange& range = arm_.model->outside->joints[i].range;
+    const double position = std::clamp(*positions_[i], range.lower, range.upper);
+    const bool known = between_[i].upper - between_[i].lower < range.upper - range.lower;
+    if (known && position > between_[i].lower - kArrived && position < between_[i].upper + kArrived) continue;
+    between_[i] = {position, position};
+  }
 }
 
 bool ToolControl::arrived(device::Clock::time_point now) const {
@@ -305,6 +333,7 @@ void ToolControl::update(const ToolInputs& inputs) {
     begun_ = true;
     settle();
   }
+  if (phase_ == Phase::kIdle) follow_fingers();
   const auto is_attached = [&](const std::string& name) {
     const auto found = inputs.attached.find(name);
     return found != inputs.attached.end() && found->second;
@@ -356,32 +385,63 @@ void ToolControl::update(const ToolInputs& inputs) {
       }
       return;
     case Phase::kMoving:
-      if (!arrived(inputs.now)) {
+      if (auto end = yields() ? device_.outside_end() : std::nullopt) {
+        if (!end->result) return end_motion(inputs);
+        settle();
+        include_target();
+        return finish(refused(CauseKind::CAUSE_DEVICE_FAILED, arm_.name, end->result->text));
+      }
+      if (yields() || !arrived(inputs.now)) {
         if (waited < kLongestMotion) return;
         return finish(
             refused(CauseKind::CAUSE_DEVICE_FAILED, arm_.name, "its gripper has not arrived within 10 s: look at it"));
       }
-      if (moves_by_signals()) {
-        // Without a measurement a finger that holds something is anywhere on its way.
-        for (std::size_t i = 0; i < positions_.size(); ++i) {
-          if (is_finger(i)) positions_[i] = closing_ && !holding_.empty() ? std::nullopt : std::optional(target_[i]);
-        }
-      }
-      settle();
-      if (!moves_by_signals()) include_target();
-      if (closing_ || holding_.empty()) return finish({});
-      releasing_ = std::exchange(holding_, {});
-      remember();
-      phase_ = Phase::kReleasing;
-      since_ = inputs.now;
-      return;
+      return end_motion(inputs);
     case Phase::kReleasing:
-      if (releasing_.empty()) return finish({});
+      if (releasing_.empty()) return finish(after_release_);
       if (waited < kWorldAnswer) return;
       return finish(refused(CauseKind::CAUSE_NOT_ALLOWED_NOW, releasing_,
                             "its gripper is open, but the world has not detached " + releasing_ +
                                 " within 2 s; it does so as soon as it runs"));
   }
+}
+
+/// The fingers are there, or hold something.
+void ToolControl::end_motion(const ToolInputs& inputs) {
+  if (moves_by_signals() || !finger()) {
+    // Without a measurement a finger that holds something is anywhere on its way.
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
+      if (is_finger(i)) positions_[i] = closing_ && !holding_.empty() ? std::nullopt : std::optional(target_[i]);
+    }
+  }
+  settle();
+  if (!moves_by_signals()) include_target();
+  const double range = gripper_->joints.empty() ? 0.0 : std::abs(gripper_->opened - gripper_->closed);
+  if (yields() && finger()) {
+    const double rest = std::abs(*finger() - position_);
+    if (!closing_ && rest > kNear * range) {
+      return finish(refused(CauseKind::CAUSE_DEVICE_FAILED, arm_.name,
+                            "its gripper stands at " + number_text(*finger()) + " instead of " +
+                                number_text(position_) + ": look whether something stops its fingers"));
+    }
+    // The fingers have passed the place where the obstacle should have stopped them.
+    const bool passed = contact_ && std::abs(*contact_ - position_) > 2.0 * kNear * range && rest <= kNear * range;
+    if (closing_ && passed && !holding_.empty()) {
+      return release(inputs,
+                     refused(CauseKind::CAUSE_NOT_ALLOWED_NOW, holding_,
+                             "its gripper is closed and holds nothing: " + holding_ + " is not where the cell has it"));
+    }
+  }
+  if (closing_ || holding_.empty()) return finish({});
+  release(inputs, {});
+}
+
+void ToolControl::release(const ToolInputs& inputs, msg::Cause end) {
+  after_release_ = std::move(end);
+  releasing_ = std::exchange(holding_, {});
+  remember();
+  phase_ = Phase::kReleasing;
+  since_ = inputs.now;
 }
 
 void ToolControl::finish(msg::Cause cause) {

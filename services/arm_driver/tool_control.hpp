@@ -86,7 +86,13 @@ class ToolControl {
   void settle();
   void remember();
   [[nodiscard]] bool moves_by_signals() const { return gripper_ && !gripper_->close.empty(); }
+  /// The device reports the end of a motion: something between the fingers stops them.
+  [[nodiscard]] bool yields() const { return !moves_by_signals() && device_.fingers_yield(); }
   [[nodiscard]] bool arrived(device::Clock::time_point now) const;
+  [[nodiscard]] std::optional<double> finger() const;
+  void follow_fingers();
+  void end_motion(const ToolInputs& inputs);
+  void release(const ToolInputs& inputs, msg::Cause end);
   [[nodiscard]] std::vector<double> with_gripper_at(double position) const;
   [[nodiscard]] std::optional<double> width() const;
   [[nodiscard]] bool is_finger(std::size_t joint) const;
@@ -109,6 +115,9 @@ class ToolControl {
   Phase phase_ = Phase::kIdle;
   bool closing_ = false;
   double position_ = 0.0;              ///< that the order wants of the fingers [rad | m]
+  double force_ = -1.0;                ///< that the order wants; negative: not given [N]
+  std::optional<double> contact_;      ///< position of the fingers where they touch what they grasp [rad | m]
+  msg::Cause after_release_;           ///< the end of the order when the obstacle is detached
   std::vector<double> target_;         ///< of the order
   device::Clock::time_point since_{};  ///< of the phase
   std::optional<msg::Cause> end_;

@@ -69,6 +69,10 @@ rtps::GUID_t guid_of(const EndpointId& id) {
   return guid;
 }
 
+std::int64_t number_of(const rtps::SampleIdentity& identity) {
+  return static_cast<std::int64_t>(identity.sequence_number().to64long());
+}
+
 /// RTPS 2.2, section 9.3.1.2: readers have this bit in the last byte of their entity's number.
 bool is_reader(const EndpointId& id) {
   return (id.bytes[15] & 0x04U) != 0;
@@ -117,6 +121,16 @@ class RawWriter : public dds::DataWriterListener {
     const std::scoped_lock lock(order_);
     return write_with(const_cast<Bytes*>(&bytes), parameters);
   }
+  /// The sample is a request whose reply goes to that reader. Returns its number.
+  std::optional<std::int64_t> write_request(const Bytes& bytes, const EndpointId& replies) {
+    rtps::SampleIdentity identity;
+    identity.writer_guid(guid_of(replies));
+    rtps::WriteParams parameters;
+    parameters.related_sample_identity(identity);
+    const std::scoped_lock lock(order_);
+    if (!write_with(const_cast<Bytes*>(&bytes), parameters)) return std::nullopt;
+    return number_of(parameters.sample_identity());
+  }
 
   [[nodiscard]] int matched() const {
     const std::scoped_lock lock(mutex_);
@@ -156,7 +170,8 @@ class RawWriter : public dds::DataWriterListener {
 
 struct RawSample {
   Sample sample;
-  RequestId request;
+  RequestId request;  ///< as a server reads it
+  RequestId related;  ///< the request that the sample answers, as a client reads it
 };
 
 /// A reader, and the samples that wait for the service's loop.
@@ -199,11 +214,11 @@ class RawReader : public dds::DataReaderListener {
     while (outcome(reader->take_next_sample(&bytes, &info)) == Outcome::kOk) {
       if (!info.valid_data) continue;
       const auto& related = info.related_sample_identity.writer_guid();
-      const auto& number = info.sample_identity.sequence_number();
-      RawSample sample{{bytes, endpoint_id(info.publication_handle), participant_->arrival()}, {}};
+      RawSample sample{{bytes, endpoint_id(info.publication_handle), participant_->arrival()}, {}, {}};
       sample.request.client =
           related == rtps::GUID_t::unknown() ? endpoint_id(info.sample_identity.writer_guid()) : endpoint_id(related);
-      sample.request.number = static_cast<std::int64_t>(number.to64long());
+      sample.request.number = number_of(info.sample_identity);
+      sample.related = {endpoint_id(related), number_of(info.related_sample_identity)};
       const std::scoped_lock lock(mutex_);
       if (queue_.size() >= Reader::kQueue) queue_.pop_front();
       queue_.push_back(std::move(sample));
@@ -339,6 +354,45 @@ EndpointId Server::writer_id() const {
 }
 EndpointId Server::reader_id() const {
   return impl_->reader();
+}
+
+class Client::Impl {
+ public:
+  Impl(Participant& participant, const Service& service, Mailbox& mailbox)
+      : replies_(participant.impl(), reply_of(service), mailbox),
+        requests_(participant.impl(), request_of(service), &mailbox) {}
+
+  [[nodiscard]] bool available() const { return requests_.matched() > 0 && replies_.matched() > 0; }
+  std::optional<std::int64_t> send(const Bytes& bytes) { return requests_.write_request(bytes, replies_.id()); }
+  std::vector<Reply> take() {
+    std::vector<Reply> replies;
+    for (RawSample& raw : replies_.take()) {
+      // A server that does not know the reader of replies names the writer of the request.
+      if (raw.related.client != replies_.id() && raw.related.client != requests_.id()) continue;
+      replies.push_back({raw.related.number, std::move(raw.sample.bytes)});
+    }
+    return replies;
+  }
+
+ private:
+  RawReader replies_;
+  RawWriter requests_;
+};
+
+Client::Client(Participant& participant, const Service& service, Mailbox& mailbox)
+    : impl_(std::make_unique<Impl>(participant, service, mailbox)) {}
+Client::~Client() = default;
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+
+bool Client::available() const {
+  return impl_->available();
+}
+std::optional<std::int64_t> Client::send(const Bytes& bytes) {
+  return impl_->send(bytes);
+}
+std::vector<Reply> Client::take() {
+  return impl_->take();
 }
 
 }  // namespace hecaton::bus::ros2

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -114,6 +115,33 @@ class Server {
   void reply(const RequestId& request, const Bytes& bytes);
   [[nodiscard]] EndpointId writer_id() const;  ///< of replies
   [[nodiscard]] EndpointId reader_id() const;  ///< of requests
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The answer to the request of that number.
+struct Reply {
+  std::int64_t number = 0;
+  Bytes bytes;
+};
+
+/// A client of a service. For one thread.
+class Client {
+ public:
+  /// `mailbox`: as of Reader. Throws std::runtime_error as Writer.
+  Client(Participant& participant, const Service& service, Mailbox& mailbox);
+  ~Client();
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+
+  /// Both topics of a server are known: it gets requests and can answer them.
+  [[nodiscard]] bool available() const;
+  /// The number of the request; empty when the middleware refuses it. Never blocks for an answer.
+  std::optional<std::int64_t> send(const Bytes& bytes);
+  /// The replies to this client since the last call, oldest first.
+  [[nodiscard]] std::vector<Reply> take();
 
  private:
   class Impl;

@@ -18,23 +18,44 @@ namespace {
 struct View {
   const char* name;
   const char* description;
-  Json (*json)(const msg::CellStatus&);
-  std::string (*text)(const msg::CellStatus&, const Palette&);
+  Json (*json)(const msg::CellStatus&, const Tools&);
+  std::string (*text)(const msg::CellStatus&, const Palette&, const Tools&);
+  bool has_tools = false;
 };
+
+/// A driver sends the state of its gripper as soon as it has found this process.
+constexpr std::chrono::milliseconds kToolLimit{500};
+
+/// The grippers that are heard within the limit. Only arms with joints outside the chain are waited for.
+Tools tools_of(const Connection& cell, const View& view, const msg::CellStatus& status) {
+  Tools tools;
+  if (!view.has_tools) return tools;
+  const auto until = client::Clock::now() + kToolLimit;
+  for (const bool waits : {true, false}) {
+    for (const msg::ArmStatus& arm : status.arms()) {
+      if ((arm.driver_alive() && !arm.state().outside().empty()) != waits) continue;
+      const Seconds limit = waits ? Seconds(until - client::Clock::now()) : Seconds::zero();
+      const auto tool = cell->tool_state(arm.arm(), limit);
+      if (tool && tool->value.has_gripper()) tools.emplace(arm.arm(), tool->value);
+    }
+  }
+  return tools;
+}
 
 struct Options {
   bool watch = false;
   double interval = 0.5;  // [s]
 };
 
-std::string output(const Settings& settings, const View& view, const msg::CellStatus& status, const Palette& palette) {
+std::string output(const Settings& settings, const View& view, const msg::CellStatus& status, const Tools& tools,
+                   const Palette& palette) {
   switch (settings.format()) {
     case OutputFormat::kTable:
-      return view.text(status, palette);
+      return view.text(status, palette, tools);
     case OutputFormat::kJson:
-      return view.json(status).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+      return view.json(status, tools).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
     case OutputFormat::kYaml:
-      return "---\n" + yaml_text(view.json(status));
+      return "---\n" + yaml_text(view.json(status, tools));
   }
   return {};
 }
@@ -52,7 +73,7 @@ ExitCode watch(const Settings& settings, const View& view, double interval) {
   auto answered = due;
   bool answers = true;
   while (!shutdown.requested()) {
-    std::string text = output(settings, view, status, palette);
+    std::string text = output(settings, view, status, tools_of(cell, view, status), palette);
     if (!answers && settings.format() == OutputFormat::kTable) {
       text = palette.red("no answer for " + duration_text(Seconds(client::Clock::now() - answered).count()) +
                          "; last status:") +
@@ -71,8 +92,10 @@ ExitCode watch(const Settings& settings, const View& view, double interval) {
 }
 
 ExitCode show(const Settings& settings, const View& view) {
-  const msg::CellStatus status = connect(settings)->status(answer_limit(settings));
-  print(settings, view.json(status), view.text(status, Palette::for_stream(stdout)));
+  const Connection cell = connect(settings);
+  const msg::CellStatus status = cell->status(answer_limit(settings));
+  const Tools tools = tools_of(cell, view, status);
+  print(settings, view.json(status, tools), view.text(status, Palette::for_stream(stdout), tools));
   return ExitCode::kDone;
 }
 
@@ -93,19 +116,38 @@ void add_view(CLI::App& app, Session& session, const View& view) {
 void add_status_commands(CLI::App& app, Session& session) {
   add_view(app, session,
            {"status", "Shows the cell: mode, arms and why they wait, nodes, faults, contacts",
-            [](const msg::CellStatus& status) { return to_json(status); }, status_text});
+            [](const msg::CellStatus& status, const Tools& tools) {
+              Json json = to_json(status);
+              add_tools(json["arms"], tools);
+              return json;
+            },
+            status_text, true});
   add_view(app, session,
            {"arms", "Shows the arms: mode, goal, and why they stand still",
-            [](const msg::CellStatus& status) { return list_json(status.arms()); }, arms_text});
+            [](const msg::CellStatus& status, const Tools& tools) {
+              Json json = list_json(status.arms());
+              add_tools(json, tools);
+              return json;
+            },
+            arms_text, true});
   add_view(app, session,
            {"faults", "Shows the present faults and the last ones that were cleared",
-            [](const msg::CellStatus& status) { return list_json(status.faults()); }, faults_text});
+            [](const msg::CellStatus& status, const Tools&) { return list_json(status.faults()); },
+            [](const msg::CellStatus& status, const Palette& palette, const Tools&) {
+              return faults_text(status, palette);
+            }});
   add_view(app, session,
            {"obstacles", "Shows the obstacles, their positions and motions",
-            [](const msg::CellStatus& status) { return list_json(status.obstacles()); }, obstacles_text});
+            [](const msg::CellStatus& status, const Tools&) { return list_json(status.obstacles()); },
+            [](const msg::CellStatus& status, const Palette& palette, const Tools&) {
+              return obstacles_text(status, palette);
+            }});
   add_view(app, session,
            {"hosts", "Shows the hosts and the processes of their agents",
-            [](const msg::CellStatus& status) { return list_json(status.hosts()); }, hosts_text});
+            [](const msg::CellStatus& status, const Tools&) { return list_json(status.hosts()); },
+            [](const msg::CellStatus& status, const Palette& palette, const Tools&) {
+              return hosts_text(status, palette);
+            }});
 }
 
 }  // namespace hecaton::services::cli

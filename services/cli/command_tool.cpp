@@ -7,6 +7,7 @@
 
 #include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
+#include "services/cli/status_output.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
@@ -34,13 +35,6 @@ std::string sentence(const msg::ToolState& state) {
   if (state.width() >= 0.0) text += ", " + millimetres(state.width()) + " wide";
   text += state.holding().empty() ? ", and holds nothing" : ", and holds " + state.holding();
   return text + "\n";
-}
-
-Json to_json(const msg::ToolState& state) {
-  return {{"arm", state.arm()},
-          {"moving", state.moving()},
-          {"width", state.width() >= 0.0 ? Json(state.width()) : Json(nullptr)},
-          {"holding", state.holding().empty() ? Json(nullptr) : Json(state.holding())}};
 }
 
 ExitCode run(const Settings& settings, const Options& options) {

@@ -214,6 +214,20 @@ Json to_json(const msg::CellMode& mode) {
           {"term", mode.term()}};
 }
 
+Json to_json(const msg::ToolState& tool) {
+  return {{"arm", tool.arm()},
+          {"moving", tool.moving()},
+          {"width", tool.width() >= 0.0 ? Json(tool.width()) : Json(nullptr)},
+          {"holding", tool.holding().empty() ? Json(nullptr) : Json(tool.holding())}};
+}
+
+void add_tools(Json& arms, const Tools& tools) {
+  for (Json& arm : arms) {
+    const auto tool = tools.find(arm["name"].get<std::string>());
+    arm["tool"] = tool == tools.end() ? Json(nullptr) : to_json(tool->second);
+  }
+}
+
 Json to_json(const msg::CellStatus& status) {
   Json json{{"cell", status.cell()}};
   json.update(to_json(status.mode()));

@@ -2,9 +2,11 @@
 /// The status of a cell as its supervisor reports it: texts for people, JSON for programs. Ages are on the supervisor's
 /// clock [s]; JSON has null for the age of something never received.
 
+#include <map>
 #include <string>
 #include <vector>
 
+#include <idl/arm.h>
 #include <idl/supervisor.h>
 
 #include "services/command_line/document.hpp"
@@ -12,6 +14,9 @@
 #include "services/messages/names.hpp"
 
 namespace hecaton::services::cli {
+
+/// The newest state of each gripper that was heard, by arm.
+using Tools = std::map<std::string, msg::ToolState>;
 
 /// "blocked: no path around pallet (arm2/forearm – pallet, 18 mm); draws another subspace"
 [[nodiscard]] std::string goal_text(const msg::GoalStatus& goal);
@@ -24,7 +29,9 @@ namespace hecaton::services::cli {
 /// Duration of the fault, so far if it lasts [s].
 [[nodiscard]] double fault_duration(const msg::Fault& fault);
 
-[[nodiscard]] std::string arms_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string arms_text(const msg::CellStatus& status, const Palette& palette, const Tools& tools = {});
+/// "40 mm, holds crate"
+[[nodiscard]] std::string gripper_text(const msg::ToolState& tool);
 [[nodiscard]] std::string nodes_text(const msg::CellStatus& status, const Palette& palette);
 [[nodiscard]] std::string hosts_text(const msg::CellStatus& status, const Palette& palette);
 [[nodiscard]] std::string faults_text(const msg::CellStatus& status, const Palette& palette);
@@ -34,7 +41,7 @@ namespace hecaton::services::cli {
 /// "cell three_puma: run, speed 30 %, held arm2"
 [[nodiscard]] std::string mode_text(const msg::CellStatus& status, const Palette& palette);
 /// Everything but hosts and obstacles.
-[[nodiscard]] std::string status_text(const msg::CellStatus& status, const Palette& palette);
+[[nodiscard]] std::string status_text(const msg::CellStatus& status, const Palette& palette, const Tools& tools = {});
 
 [[nodiscard]] Json to_json(const msg::GoalStatus& goal);
 /// Null for CAUSE_NONE.
@@ -49,6 +56,10 @@ namespace hecaton::services::cli {
 [[nodiscard]] Json to_json(const msg::LostArm& lost);
 [[nodiscard]] Json to_json(const msg::CellMode& mode);
 [[nodiscard]] Json to_json(const msg::CellStatus& status);
+/// As `hecaton tool` shows it.
+[[nodiscard]] Json to_json(const msg::ToolState& tool);
+/// Adds the key "tool" to each arm in the JSON of a list of arms; null: no gripper.
+void add_tools(Json& arms, const Tools& tools);
 
 template <class T>
 [[nodiscard]] Json list_json(const std::vector<T>& items) {

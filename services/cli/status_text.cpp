@@ -141,7 +141,15 @@ double fault_duration(const msg::Fault& fault) {
   return 1e-3 * static_cast<double>(std::max<long long>(0, now_ms - fault.since_unix_ms()));
 }
 
-std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
+std::string gripper_text(const msg::ToolState& tool) {
+  std::string text = tool.width() >= 0.0 ? distance_text(tool.width()) : "";
+  const auto add = [&](const std::string& words) { text += (text.empty() ? "" : ", ") + words; };
+  if (tool.moving()) add("moves");
+  if (!tool.holding().empty()) add("holds " + tool.holding());
+  return text.empty() ? "holds nothing" : text;
+}
+
+std::string arms_text(const msg::CellStatus& status, const Palette& palette, const Tools& tools) {
   // The planner of an arm changes only in cells with standby planners.
   const bool has_standbys = !status.mode().leases().empty();
   const bool has_overrides = std::any_of(status.arms().begin(), status.arms().end(),
@@ -154,6 +162,7 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
                                      {"for", Align::kRight},
                                      {"carries"},
                                      {"age", Align::kRight}};
+  if (!tools.empty()) columns.push_back({"gripper"});
   if (has_overrides) columns.push_back({"speed", Align::kRight});
   if (has_standbys) columns.push_back({"planner, term"});
   columns.push_back({"waits for, or is limited by"});
@@ -170,6 +179,10 @@ std::string arms_text(const msg::CellStatus& status, const Palette& palette) {
     std::vector<std::string> cells{
         arm.arm(), coloured(arm.mode(), palette), drive_text(arm, palette),      goal, distance,
         elapsed,   arm.state().carried(),         duration_text(arm.state_age())};
+    if (!tools.empty()) {
+      const auto tool = tools.find(arm.arm());
+      cells.push_back(tool == tools.end() ? "" : gripper_text(tool->second));
+    }
     if (has_overrides) cells.push_back(override_text(arm, palette));
     if (has_standbys) cells.push_back(planner_text(arm, palette));
     cells.push_back(waiting_text(arm));
@@ -291,12 +304,12 @@ std::string mode_text(const msg::CellStatus& status, const Palette& palette) {
   return out + "\n";
 }
 
-std::string status_text(const msg::CellStatus& status, const Palette& palette) {
+std::string status_text(const msg::CellStatus& status, const Palette& palette, const Tools& tools) {
   std::string out = mode_text(status, palette);
   out += status.supervisor() + " up " + duration_text(status.uptime()) +
          (status.standby().empty() ? "" : ", standby " + status.standby()) + "; contact monitor: " +
          (status.has_contact_report() ? contact_text(status.contact_report(), palette) : "no report yet") + "\n\n";
-  out += arms_text(status, palette) + "\n" + nodes_text(status, palette) + "\n" + faults_text(status, palette);
+  out += arms_text(status, palette, tools) + "\n" + nodes_text(status, palette) + "\n" + faults_text(status, palette);
   return out;
 }
 

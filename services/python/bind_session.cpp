@@ -102,6 +102,55 @@ void bind_edits(py::class_<Session, std::shared_ptr<Session>>& session) {
           py::arg("timeout"));
 }
 
+void bind_tools(py::class_<Session, std::shared_ptr<Session>>& session) {
+  session
+      .def(
+          "tool_state",
+          [](Session& self, const std::string& arm, const Limit& timeout) {
+            return self.look(limit_of(timeout),
+                             [&](const Cell& cell, const Wait& wait) { return cell.arm(arm).tool(wait); });
+          },
+          py::arg("arm"), py::arg("timeout"))
+      .def(
+          "grip",
+          [](Session& self, const std::string& arm, bool close, std::optional<double> width,
+             std::optional<double> force, const Limit& timeout) {
+            self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              const GripOptions options{width, force};
+              close ? cell.arm(arm).close_gripper(options, wait) : cell.arm(arm).open_gripper(options, wait);
+              return Receipt{};
+            });
+          },
+          py::arg("arm"), py::arg("close"), py::arg("width"), py::arg("force"), py::arg("timeout"))
+      .def(
+          "set_signal",
+          [](Session& self, const std::string& arm, const std::string& name, double value, const Limit& timeout) {
+            self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              cell.arm(arm).set_signal(name, value, wait);
+              return Receipt{};
+            });
+          },
+          py::arg("arm"), py::arg("name"), py::arg("value"), py::arg("timeout"))
+      .def(
+          "wait_for_signal",
+          [](Session& self, const std::string& arm, const std::string& name, double lowest, double highest,
+             const Limit& timeout) {
+            return self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              return cell.arm(arm).wait_for_signal(name, lowest, highest, wait);
+            });
+          },
+          py::arg("arm"), py::arg("name"), py::arg("lowest"), py::arg("highest"), py::arg("timeout"))
+      .def(
+          "place_joint",
+          [](Session& self, const std::string& arm, const std::string& joint, double position, const Limit& timeout) {
+            self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              cell.arm(arm).place_joint(joint, position, wait);
+              return Receipt{};
+            });
+          },
+          py::arg("arm"), py::arg("joint"), py::arg("position"), py::arg("timeout"));
+}
+
 }  // namespace
 
 void bind_session(py::module_& module) {
@@ -195,6 +244,7 @@ void bind_session(py::module_& module) {
       .def("close", &Session::close)
       .def_property_readonly("closed", &Session::closed);
   bind_edits(session);
+  bind_tools(session);
 }
 
 }  // namespace hecaton::python

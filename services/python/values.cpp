@@ -305,6 +305,22 @@ void bind_states(py::module_& module) {
           "joint velocities, a NumPy array [rad/s | m/s]")
       .field("carried", &ArmState::carried, "names of the objects attached to the tool")
       .field("age", &ArmState::age, "since the state was received [s]; in a CellStatus: by the supervisor");
+  Value<Signal>(module, "Signal", "A signal of an arm's device.")
+      .field("name", &Signal::name, "in the cell file")
+      .field("kind", &Signal::kind, "digital_input, digital_output, analog_input or analog_output")
+      .field("value", &Signal::value, "as the device reports it; None: it has not reported any");
+  Value<ToolState>(module, "ToolState", "Gripper and signals of an arm.")
+      .field("has_gripper", &ToolState::has_gripper, "False: the next three mean nothing")
+      .field("moving", &ToolState::moving, "the gripper opens or closes")
+      .field("width", &ToolState::width, "of its opening [m]; None: not known")
+      .computed(
+          "holding",
+          [](const ToolState& state) {
+            return state.holding.empty() ? std::nullopt : std::optional<std::string>(state.holding);
+          },
+          "obstacle that it holds; None: none")
+      .field("signals", &ToolState::signals, "in the order of their names")
+      .field("age", &ToolState::age, "since the state was received [s]");
   Value<ObstacleState>(module, "ObstacleState", "The state of an obstacle as the world service publishes it.")
       .field("name", &ObstacleState::name, "unique in the cell")
       .field("pose", &ObstacleState::pose, "in W")

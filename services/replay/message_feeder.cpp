@@ -66,6 +66,7 @@ const MessageFeeder::Role& MessageFeeder::role_of(const McapChannel& channel) {
       {bus::Topic<msg::ObstacleStates>::kInfo.name, Topic::kObstacleStates},
       {bus::Topic<msg::ContactReport>::kInfo.name, Topic::kContactReport},
       {bus::Topic<msg::GoalStatus>::kInfo.name, Topic::kGoalStatus},
+      {bus::Topic<msg::ToolState>::kInfo.name, Topic::kToolState},
       {bus::Topic<msg::ObstacleShapes>::kInfo.name, Topic::kObstacleShapes},
       {bus::Topic<msg::Fault>::kInfo.name, Topic::kFault},
       {bus::Topic<msg::CellMode>::kInfo.name, Topic::kCellMode},
@@ -134,6 +135,8 @@ void MessageFeeder::decode(Topic topic, ByteSpan data, bus::Clock::time_point re
       return apply<msg::ContactReport>(data, received, writer);
     case Topic::kGoalStatus:
       return apply<msg::GoalStatus>(data, received, writer);
+    case Topic::kToolState:
+      return apply<msg::ToolState>(data, received, writer);
     case Topic::kObstacleShapes:
       return apply<msg::ObstacleShapes>(data, received, writer);
     case Topic::kFault:
@@ -188,6 +191,8 @@ void MessageFeeder::withdraw(ByteSpan text, bus::Clock::time_point received) {
   } else if (topic == bus::Topic<msg::Heartbeat>::kInfo.name) {
     drop_waiting(Topic::kHeartbeat);
     dispose(bus::Sample<msg::Heartbeat>());
+  } else if (topic == bus::Topic<msg::ToolState>::kInfo.name) {
+    dispose(bus::Sample<msg::ToolState>());
   } else if (topic == bus::Topic<msg::ObstacleShapes>::kInfo.name) {
     dispose(bus::Sample<msg::ObstacleShapes>());
   } else if (topic == bus::Topic<msg::Fault>::kInfo.name) {

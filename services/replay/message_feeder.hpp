@@ -61,6 +61,7 @@ class MessageFeeder {
     kObstacleStates,
     kContactReport,
     kGoalStatus,
+    kToolState,
     kObstacleShapes,
     kFault,
     kCellMode,

@@ -53,6 +53,10 @@ inline constexpr TypeInfo kSendTrajectory{"control_msgs/action/FollowJointTrajec
                                           "b13789dddc325a7a962825c45e28c77d37237ec129dd0c34dc5994562938c57f"};
 inline constexpr TypeInfo kTrajectoryResult{"control_msgs/action/FollowJointTrajectory_GetResult",
                                             "e3ceb38e3e1867c8dc0f46014df26e90eb93422f27e9e97f936e07f94be4bc8b"};
+inline constexpr TypeInfo kSendGripperCommand{"control_msgs/action/GripperCommand_SendGoal",
+                                              "6bf8cc4ce80cd499e7dd3258c03c50c3fa6672b469ff8355339ef1df77fcd212"};
+inline constexpr TypeInfo kGripperCommandResult{"control_msgs/action/GripperCommand_GetResult",
+                                                "7e60a7606063d4a2728d21badac099e68b734a196ac3ab42d1d4c668eb0bb3cd"};
 inline constexpr TypeInfo kTrajectoryFeedback{"control_msgs/action/FollowJointTrajectory_FeedbackMessage",
                                               "80398fcb9674a79081a9906e2ccf0c804dd7cb15e22e362e606ee87186beab71"};
 }  // namespace type
@@ -504,9 +508,27 @@ struct TrajectoryFeedback {
           self.multi_dof_desired, self.multi_dof_actual, self.multi_dof_error);
   }
 };
-struct SendGoalRequest {
+struct GripperCommand {
+  double position = 0.0;    ///< of the joint [rad | m]
+  double max_effort = 0.0;  ///< [N m | N]
+  static void fields(auto& self, auto& visit) { visit(self.position, self.max_effort); }
+};
+struct GripperGoal {
+  GripperCommand command;
+  static void fields(auto& self, auto& visit) { visit(self.command); }
+};
+struct GripperResult {
+  double position = 0.0;  ///< [rad | m]
+  double effort = 0.0;    ///< [N m | N]
+  bool stalled = false;
+  bool reached_goal = false;
+  static void fields(auto& self, auto& visit) { visit(self.position, self.effort, self.stalled, self.reached_goal); }
+};
+/// Of any action with that goal.
+template <class Goal>
+struct ActionGoalRequest {
   UUID goal_id;
-  TrajectoryGoal goal;
+  Goal goal;
   static void fields(auto& self, auto& visit) { visit(self.goal_id, self.goal); }
 };
 struct SendGoalResponse {
@@ -518,11 +540,15 @@ struct GetResultRequest {
   UUID goal_id;
   static void fields(auto& self, auto& visit) { visit(self.goal_id); }
 };
-struct GetResultResponse {
+/// Of any action with that result.
+template <class Result>
+struct ActionResultResponse {
   std::int8_t status = 0;
-  TrajectoryResult result;
+  Result result;
   static void fields(auto& self, auto& visit) { visit(self.status, self.result); }
 };
+using SendGoalRequest = ActionGoalRequest<TrajectoryGoal>;
+using GetResultResponse = ActionResultResponse<TrajectoryResult>;
 struct FeedbackMessage {
   UUID goal_id;
   TrajectoryFeedback feedback;

@@ -80,6 +80,11 @@ msg::Cause drive_cause(const msg::ArmState& state) {
   return cause;
 }
 
+bool awaits_goal(const msg::ArmState& state, const msg::GoalStatus& goal) {
+  const bool starts = is_none(state.cause()) || state.cause().kind() == msg::CauseKind::CAUSE_STARTING;
+  return state.mode() == msg::ArmMode::ARM_STARTING && starts && is_final(goal.state());
+}
+
 msg::Cause goal_cause(const msg::GoalStatus& goal) {
   msg::Cause cause = goal.cause();
   if (is_final(goal.state())) {

@@ -18,6 +18,9 @@ namespace hecaton::services {
 /// Why the drive does not follow commands, with the kind of its driver's cause. For a drive that is not ARM_RUNNING.
 [[nodiscard]] msg::Cause drive_cause(const msg::ArmState& state);
 
+/// True: the drive waits for its first command only, and the goal has ended. Then the arm waits for the next goal.
+[[nodiscard]] bool awaits_goal(const msg::ArmState& state, const msg::GoalStatus& goal);
+
 /// Why an arm that stands still is not at its goal, with the kind of its planner's cause. CAUSE_NONE: it is about to
 /// move.
 [[nodiscard]] msg::Cause goal_cause(const msg::GoalStatus& goal);

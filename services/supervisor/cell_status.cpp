@@ -204,7 +204,9 @@ msg::Cause waiting_for(const std::string& arm, const FaultDetector& detector, co
     cause.text(planner->value.node() + ": " + cause.text());
     return cause;
   }
-  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING) return drive_cause(state->value);
+  if (state && state->value.mode() != msg::ArmMode::ARM_RUNNING && !(goal && awaits_goal(state->value, goal->value))) {
+    return drive_cause(state->value);
+  }
   if (goal) return goal_cause(goal->value);
   const auto* lost = find(snapshot.lost_goals, arm);
   return make_cause(

@@ -100,7 +100,10 @@ msg::Cause CellState::waiting_for(const std::string& arm, bus::Clock::time_point
     cause.text(planner->value.node() + ": " + cause.text());
     return cause;
   }
-  if (measured != nullptr && measured->value.mode() != msg::ArmMode::ARM_RUNNING) return drive_cause(measured->value);
+  if (measured != nullptr && measured->value.mode() != msg::ArmMode::ARM_RUNNING &&
+      !(newest != nullptr && awaits_goal(measured->value, newest->value))) {
+    return drive_cause(measured->value);
+  }
   if (newest != nullptr) return goal_cause(newest->value);
   return make_cause(msg::CauseKind::CAUSE_NO_GOAL, {}, "a goal");
 }

@@ -37,6 +37,7 @@ class CellState {
   void apply(const bus::Sample<msg::ContactReport>& sample) { keep(contacts_, sample); }
   void apply(const bus::Sample<msg::Heartbeat>& sample) { keep(heartbeats_, sample); }
   void apply(const bus::Sample<msg::CoupledPlan>& sample) { keep(plans_, sample); }
+  void apply(const bus::Sample<msg::ToolState>& sample) { keep(tools_, sample); }
   void apply(const bus::Sample<msg::GoalStatus>& sample);
   void apply(const bus::Sample<msg::ObstacleShapes>& sample);
   void apply(const bus::Sample<msg::Fault>& sample);
@@ -64,6 +65,7 @@ class CellState {
   // The newest sample of an arm, node or cell; null: none was received.
   [[nodiscard]] const bus::Sample<msg::ArmState>* state(std::string_view arm) const { return newest(states_, arm); }
   [[nodiscard]] const bus::Sample<msg::GoalStatus>* goal(std::string_view arm) const { return newest(goals_, arm); }
+  [[nodiscard]] const bus::Sample<msg::ToolState>* tool(std::string_view arm) const { return newest(tools_, arm); }
   [[nodiscard]] const bus::Sample<msg::Heartbeat>* heartbeat(std::string_view node) const {
     return newest(heartbeats_, node);
   }
@@ -102,6 +104,7 @@ class CellState {
   Newest<msg::ContactReport> contacts_;
   Newest<msg::Heartbeat> heartbeats_;
   Newest<msg::CoupledPlan> plans_;
+  Newest<msg::ToolState> tools_;
   LatestFaults faults_;
   std::shared_ptr<const Obstacles> obstacles_;  ///< never changed: copies of the state share it
   std::uint64_t obstacle_edition_ = 1;

@@ -13,6 +13,7 @@ LiveFeed::LiveFeed(const config::CellFile& file, bus::Participant& participant, 
       heartbeats_(participant, &mailbox),
       plans_(participant, &mailbox),
       faults_(participant, &mailbox),
+      tools_(participant, &mailbox),
       state_(file, now_) {}
 
 void LiveFeed::update(bus::Clock::time_point now) {
@@ -26,6 +27,7 @@ void LiveFeed::update(bus::Clock::time_point now) {
   take(heartbeats_);
   take(plans_);
   take(faults_);
+  take(tools_);
   if (participant_.recovering()) state_.forget_order();
 }
 

@@ -38,6 +38,7 @@ class LiveFeed : public CellFeed {
   bus::Reader<msg::Heartbeat> heartbeats_;
   bus::Reader<msg::CoupledPlan> plans_;
   bus::Reader<msg::Fault> faults_;
+  bus::Reader<msg::ToolState> tools_;
   CellState state_;
 };
 

@@ -65,6 +65,7 @@ Json arm(const CellState& cell, const std::string& name, bus::Clock::time_point 
             {"planner", cell.planner_of(name)},
             {"drive", nullptr},
             {"goal", nullptr},
+            {"tool", nullptr},
             {"lost", cell.mode().lost(name) != nullptr}};
   if (const auto* state = cell.state(name)) {
     double speed = 0.0;
@@ -74,6 +75,12 @@ Json arm(const CellState& cell, const std::string& name, bus::Clock::time_point 
     json["speed"] = rounded(speed, 1e3);
     json["carried"] = state->value.carried();
     json["command_age"] = rounded(state->value.command_age(), 1e4);
+  }
+  if (const auto* tool = cell.tool(name); tool != nullptr && tool->value.has_gripper()) {
+    const msg::ToolState& value = tool->value;
+    json["tool"] = {{"moving", value.moving()},
+                    {"width", value.width() >= 0.0 ? Json(rounded(value.width())) : Json(nullptr)},
+                    {"holding", value.holding()}};
   }
   if (const auto* newest = cell.goal(name)) json["goal"] = goal(newest->value);
   return json;
@@ -138,8 +145,9 @@ Json frame_json(const CellFeed& feed, bus::Clock::duration t) {
   for (const planner::PlannedArm& planned : cell.file().cell.arms) {
     const auto* state = cell.state(planned.arm.name);
     // An age of null: nothing was received. Then the page shows the start position as unknown.
-    arms.push_back(state == nullptr ? Json{nullptr, Json::array()}
-                                    : Json{milliseconds(state->age(now)), rounded_list(state->value.q())});
+    arms.push_back(state == nullptr ? Json{nullptr, Json::array(), 0}
+                                    : Json{milliseconds(state->age(now)), rounded_list(state->value.q()),
+                                           state->value.sequence_number()});
   }
   json["arms"] = std::move(arms);
   json["obstacle_age"] = nullptr;

@@ -1,5 +1,6 @@
 /// Simulates an arm in ros2_control on the network: joint_state_broadcaster, and a forward position controller or a
-/// joint trajectory controller. It uses Cyclone DDS, and shares no code with the driver. Its sources are the
+/// joint trajectory controller, whose trajectories come by topic or by action; also the controller of a gripper. It
+/// uses Cyclone DDS (for actions: action_server.hpp), and shares no code with the driver. Its sources are the
 /// definitions of the messages and the documentation of the controllers.
 ///
 /// usage: ros2_controller --joints NAME,… [OPTION…]. The options are those of the struct Options.
@@ -38,8 +39,11 @@ extern "C" {
 #include "ros2_control.h"
 }
 
+#include "tests/robots/action_server.hpp"
+
 namespace {
 
+namespace test = hecaton::test;
 using Json = nlohmann::json;
 using Steady = std::chrono::steady_clock;
 using Values = std::vector<double>;
@@ -54,7 +58,10 @@ struct Options {
   std::string controller;              // --controller NAME
   std::string address = "127.0.0.13";  // --address A: for orders
   std::string scaling_topic;           // --scaling-topic NAME: publishes the speed scaling in percent
-  bool trajectory = true;              // --kind position|trajectory
+  bool trajectory = true;              // --kind position|trajectory|action
+  bool action = false;                 // --kind action: trajectories come as goals of FollowJointTrajectory alone
+  std::string gripper;                 // --gripper action|position: a controller named gripper_controller
+  std::string finger = "finger";       // --finger NAME: its joint, open at 0.05 m
   bool from_desired = false;           // --from-desired: parameter interpolate_from_desired_state
   bool velocity = true;                // --no-velocity: positions alone are measured
   Names joints;                        // --joints NAME,…
@@ -173,39 +180,67 @@ Point between(const Point& a, const Point& b, double at) {
   return result;
 }
 
+/// A trajectory as it comes from the network.
+struct Received {
+  struct Point {
+    double at = 0.0;  // [s]
+    Values q, qd, qdd, effort;
+  };
+  Names names;
+  std::vector<Point> points;
+  bool begins_later = false;  // it has a start time
+};
+
+Received received(const trajectory_msgs_msg_dds__JointTrajectory_& message) {
+  Received result{copy(message.joint_names), {}, message.header.stamp.sec != 0 || message.header.stamp.nanosec != 0};
+  for (std::uint32_t i = 0; i < message.points._length; ++i) {
+    const auto& from = message.points._buffer[i];
+    result.points.push_back({seconds(from.time_from_start), copy(from.positions), copy(from.velocities),
+                             copy(from.accelerations), copy(from.effort)});
+  }
+  return result;
+}
+
+Received received(const trajectory_msgs::msg::JointTrajectory& message) {
+  const auto& stamp = message.header().stamp();
+  Received result{message.joint_names(), {}, stamp.sec() != 0 || stamp.nanosec() != 0};
+  for (const auto& from : message.points()) {
+    result.points.push_back({from.time_from_start().sec() + 1e-9 * from.time_from_start().nanosec(), from.positions(),
+                             from.velocities(), from.accelerations(), from.effort()});
+  }
+  return result;
+}
+
 /// Throws a sentence for a trajectory that the controller refuses. Its points in the order of `joints`.
-std::vector<Point> accepted_points(const trajectory_msgs_msg_dds__JointTrajectory_& message, const Names& joints) {
+std::vector<Point> accepted_points(const Received& message, const Names& joints) {
   const auto require = [](bool holds, const char* what) {
     if (!holds) throw std::runtime_error(what);
   };
-  const Names names = copy(message.joint_names);
+  const Names& names = message.names;
   require(!names.empty(), "no joint names");
   require(
       std::set(names.begin(), names.end()) == std::set(joints.begin(), joints.end()) && names.size() == joints.size(),
       "other joints, or a part of them (allow_partial_joints_goal is false)");
-  require(message.points._length > 0, "an empty trajectory");
+  require(!message.points.empty(), "an empty trajectory");
   std::vector<Point> points;
-  for (std::uint32_t i = 0; i < message.points._length; ++i) {
-    const auto& from = message.points._buffer[i];
-    const auto fits = [&](const dds_sequence_double& values) {
-      return values._length == 0 || values._length == names.size();
-    };
-    require(from.positions._length == names.size(), "a point without all positions");
-    require(fits(from.velocities) && fits(from.accelerations) && from.effort._length == 0, "wrong sizes of a point");
-    Point point{seconds(from.time_from_start), Values(names.size()), {}};
+  for (const Received::Point& from : message.points) {
+    const auto fits = [&](const Values& values) { return values.empty() || values.size() == names.size(); };
+    require(from.q.size() == names.size(), "a point without all positions");
+    require(fits(from.qd) && fits(from.qdd) && from.effort.empty(), "wrong sizes of a point");
+    Point point{from.at, Values(names.size()), {}};
     require(points.empty() || point.at > points.back().at, "times do not increase");
-    if (from.velocities._length > 0) point.qd.resize(names.size());
+    if (!from.qd.empty()) point.qd.resize(names.size());
     for (std::size_t j = 0; j < joints.size(); ++j) {
-      const auto place = std::find(names.begin(), names.end(), joints[j]) - names.begin();
-      point.q[j] = from.positions._buffer[place];
-      if (!point.qd.empty()) point.qd[j] = from.velocities._buffer[place];
+      const auto place = static_cast<std::size_t>(std::find(names.begin(), names.end(), joints[j]) - names.begin());
+      point.q[j] = from.q[place];
+      if (!point.qd.empty()) point.qd[j] = from.qd[place];
     }
     points.push_back(std::move(point));
   }
   const Values& last = points.back().qd;
   require(std::all_of(last.begin(), last.end(), [](double v) { return std::abs(v) <= 1e-12; }),
           "the last point has a velocity (allow_nonzero_velocity_at_trajectory_end is false)");
-  require(message.header.stamp.sec == 0 && message.header.stamp.nanosec == 0, "a start time: not simulated");
+  require(!message.begins_later, "a start time: not simulated");
   return points;
 }
 
@@ -231,6 +266,7 @@ class Robot {
     if (node_) read_commands();
     if (trajectory_ && active_) follow(dt);
     move(dt);
+    move_finger(dt);
     if (node_) publish();
   }
 
@@ -251,14 +287,26 @@ class Robot {
     } else if (name == "deactivate") {  // ros2 control set_controller_state … inactive
       active_ = false;
       drop_command();
+      end_goal(test::TrajectoryServer::kCanceled, kInvalidGoal, "Current goal cancelled during deactivate transition.");
     } else if (name == "activate") {
       active_ = true;
       drop_command();
     } else if (name == "unload") {  // the controller ends, its manager goes on
       active_ = false;
       drop_command();
-      dds_delete(commands_);
+      if (commands_ != 0) dds_delete(commands_);
       commands_ = 0;
+      action_.reset();
+    } else if (name == "abort") {  // the goal that runs, or the next one, ends with this code and a text
+      std::string text;
+      std::getline(words >> std::ws, text);
+      abort_ = {std::stoi(value), text};
+    } else if (name == "deaf") {  // goals are not answered
+      action_->deaf = value == "on";
+    } else if (name == "object") {  // something stops the finger at this position; none: nothing
+      object_ = value == "none" ? std::nullopt : std::optional(std::stod(value));
+    } else if (name == "gripper") {  // its controller is active: on or off
+      gripper_active_ = value == "on";
     } else if (name == "nan") {  // the position of this joint is unknown; none: of no joint
       unknown_ = value;
     } else if (name == "lack") {  // this joint is not in the messages
@@ -282,7 +330,9 @@ class Robot {
     node_ = std::make_unique<Node>(options_.domain);
     states_ = node_->writer(options_.ns + "/joint_states", sensor_msgs_msg_dds__JointState__desc);
     const std::string controller = options_.ns + "/" + options_.controller;
-    if (options_.trajectory) {
+    if (options_.action) {
+      action_ = std::make_unique<test::TrajectoryServer>(options_.domain, controller + "/follow_joint_trajectory");
+    } else if (options_.trajectory) {
       commands_ = node_->reader(controller + "/joint_trajectory", trajectory_msgs_msg_dds__JointTrajectory__desc);
       controller_state_ =
           node_->writer(controller + "/controller_state", control_msgs_msg_dds__JointTrajectoryControllerState__desc);
@@ -294,6 +344,12 @@ class Robot {
     if (!options_.scaling_topic.empty()) {
       scaling_state_ = node_->writer(options_.ns + "/" + options_.scaling_topic, std_msgs_msg_dds__Float64__desc);
     }
+    const std::string gripper = options_.ns + "/gripper_controller";
+    if (options_.gripper == "action") {
+      gripper_ = std::make_unique<test::GripperServer>(options_.domain, gripper + "/gripper_cmd");
+    } else if (options_.gripper == "position") {
+      gripper_commands_ = node_->reader(gripper + "/commands", std_msgs_msg_dds__Float64MultiArray__desc);
+    }
     active_ = true;
     drop_command();
   }
@@ -301,7 +357,9 @@ class Robot {
     active_ = false;
     drop_command();
     node_.reset();
-    commands_ = 0;
+    action_.reset();
+    gripper_.reset();
+    commands_ = gripper_commands_ = 0;
   }
   /// The controller holds the arm where it is.
   void drop_command() {
@@ -311,6 +369,8 @@ class Robot {
   }
 
   void read_commands() {
+    serve_gripper();
+    if (action_) return serve_trajectories();
     if (commands_ == 0) return;
     if (options_.trajectory) {
       take_each<trajectory_msgs_msg_dds__JointTrajectory_>(commands_, [&](const auto& message) { take(message); });
@@ -330,16 +390,91 @@ class Robot {
     note(copy(message.data));
     command_ = copy(message.data);
   }
-  void take(const trajectory_msgs_msg_dds__JointTrajectory_& message) {
-    if (!active_) return refuse("the controller is inactive");
+  void take(const trajectory_msgs_msg_dds__JointTrajectory_& message) { (void)begin(received(message)); }
+  bool begin(const Received& message) {
+    if (!active_) {
+      refuse("the controller is inactive");
+      return false;
+    }
     try {
       Trajectory trajectory;
       trajectory.points = accepted_points(message, options_.joints);
       note(trajectory.points.front().q);
       trajectory_ = std::move(trajectory);
+      return true;
     } catch (const std::runtime_error& error) {
       refuse(error.what());
+      return false;
     }
+  }
+
+  static control_msgs::action::FollowJointTrajectory_Result result(int code, const std::string& text) {
+    control_msgs::action::FollowJointTrajectory_Result result;
+    result.error_code(code);
+    result.error_string(text);
+    return result;
+  }
+  void end_goal(std::int8_t status, int code, const std::string& text) {
+    if (action_) action_->end(status, result(code, text));
+  }
+  void serve_trajectories() {
+    action_->serve([&](const auto& request) { return begin(received(request.goal().trajectory())); },
+                   result(kInvalidGoal, "Current goal cancelled due to new incoming action."),
+                   [&] {
+                     drop_command();
+                     return result(0, "");
+                   });
+    if (abort_ && action_->runs()) {
+      drop_command();
+      end_goal(test::TrajectoryServer::kAborted, abort_->first, abort_->second);
+      abort_.reset();
+    }
+    if (trajectory_ && trajectory_->at >= trajectory_->points.back().at) {
+      end_goal(test::TrajectoryServer::kSucceeded, 0, "Goal successfully reached!");
+    }
+  }
+
+  void serve_gripper() {
+    if (gripper_) {
+      const auto stopped = [&](bool stalled, bool reached) {
+        control_msgs::action::GripperCommand_Result result;
+        result.position(finger_);
+        result.stalled(stalled);
+        result.reached_goal(reached);
+        return result;
+      };
+      gripper_->serve(
+          [&](const auto& request) {
+            if (!gripper_active_) return false;
+            order_finger(request.goal().command().position());
+            effort_ = request.goal().command().max_effort();
+            return true;
+          },
+          stopped(false, false), [&] { return stopped(false, false); });
+      // As the controller without the parameter allow_stalling.
+      if (std::abs(finger_ - finger_target_) < 1e-3) {
+        gripper_->end(test::GripperServer::kSucceeded, stopped(false, true));
+      } else if (finger_stands_ > 0.2) {
+        gripper_->end(test::GripperServer::kAborted, stopped(true, false));
+      }
+    }
+    if (gripper_commands_ != 0) {
+      take_each<std_msgs_msg_dds__Float64MultiArray_>(gripper_commands_, [&](const auto& message) {
+        if (gripper_active_ && message.data._length == 1) order_finger(message.data._buffer[0]);
+      });
+    }
+  }
+  void order_finger(double to) {
+    finger_target_ = to;
+    finger_stands_ = 0.0;
+    ++gripper_orders_;
+  }
+  void move_finger(double dt) {
+    constexpr double kSpeed = 0.1;  // [m/s]
+    double next = finger_ + std::clamp(finger_target_ - finger_, -kSpeed * dt, kSpeed * dt);
+    if (object_ && (finger_ - *object_) * (next - *object_) <= 0.0) next = *object_;
+    finger_stands_ = next == finger_ ? finger_stands_ + dt : 0.0;
+    finger_ = next;
   }
   /// The step from the last command, or from where the arm is.
   void note(const Values& target) {
@@ -395,6 +530,11 @@ class Robot {
         q.insert(q.begin() + static_cast<std::ptrdiff_t>(q.size() / 2), 9.0);
         qd.insert(qd.begin() + static_cast<std::ptrdiff_t>(qd.size() / 2), kNone);
       }
+      if (!options_.gripper.empty()) {
+        names.push_back(options_.finger);
+        q.push_back(finger_);
+        qd.push_back(0.0);
+      }
       if (const auto lacking = std::find(names.begin(), names.end(), lacking_); lacking != names.end()) {
         const auto place = lacking - names.begin();
         names.erase(lacking);
@@ -417,7 +557,7 @@ class Robot {
         publish(states_, names, q, qd);
       }
     }
-    if (options_.trajectory && active_ && cycles_ % 5 == 0) {
+    if (controller_state_ != 0 && active_ && cycles_ % 5 == 0) {
       Names names = options_.joints;
       std::vector<char*> texts = pointers(names);
       char none[] = "";
@@ -500,8 +640,15 @@ class Robot {
             {"commands", counted_},
             {"refused", refused_},
             {"refusal", refusal_},
+            {"cancels", action_ ? action_->cancels : 0},
+            {"finger", finger_},
+            {"finger_target", finger_target_},
+            {"effort", effort_},
+            {"gripper_orders", gripper_orders_},
             {"scaling", on_controller_ * scaling_}};
   }
+
+  static constexpr int kInvalidGoal = -1;
 
   struct Trajectory {
     std::vector<Point> points;
@@ -512,6 +659,14 @@ class Robot {
   Options options_;
   std::unique_ptr<Node> node_;
   dds_entity_t states_ = 0, commands_ = 0, controller_state_ = 0, factor_ = 0, scaling_state_ = 0;
+  std::unique_ptr<test::TrajectoryServer> action_;
+  std::unique_ptr<test::GripperServer> gripper_;
+  dds_entity_t gripper_commands_ = 0;
+  std::optional<std::pair<int, std::string>> abort_;
+  bool gripper_active_ = true;
+  double finger_ = 0.05, finger_target_ = 0.05, finger_stands_ = 0.0, effort_ = -1.0;  // [m], [m], [s], [N]
+  std::optional<double> object_;                                                       // [m]
+  int gripper_orders_ = 0;
   std::optional<Steady::time_point> off_until_;
   bool active_ = false;
   bool silent_ = false, reversed_ = false, split_ = false;
@@ -609,7 +764,12 @@ Options read(const Names& words) {
     } else if (word == "--controller") {
       options.controller = value();
     } else if (word == "--kind") {
-      options.trajectory = value() == "trajectory";
+      options.action = value() == "action";
+      options.trajectory = options.action || words[i] == "trajectory";
+    } else if (word == "--gripper") {
+      options.gripper = value();
+    } else if (word == "--finger") {
+      options.finger = value();
     } else if (word == "--joints") {
       options.joints = split(value());
     } else if (word == "--others") {

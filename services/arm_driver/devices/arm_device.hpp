@@ -142,10 +142,16 @@ class ArmDevice {
 
   /// Measured positions of DeviceSetup::outside [rad | m]; empty: the device measures none.
   [[nodiscard]] virtual std::vector<double> outside() const { return {}; }
-  /// Moves these joints to `positions` at DeviceSetup::outside_speed [rad | m], and stays there.
-  [[nodiscard]] virtual DeviceResult move_outside(const std::vector<double>& /*positions*/) {
+  /// Moves these joints to `positions` at DeviceSetup::outside_speed [rad | m], and stays there. `force`: of the
+  /// fingers at most [N]; negative: as the device chooses. A device may ignore it.
+  [[nodiscard]] virtual DeviceResult move_outside(const std::vector<double>& /*positions*/, double /*force*/) {
     return DeviceFailure{"its device moves no joint outside the chain"};
   }
+  /// True: something between the fingers stops them, and outside_end() reports the end of a motion. False: a motion
+  /// ends when outside() is at its target.
+  [[nodiscard]] virtual bool fingers_yield() const { return false; }
+  /// The end of the motion that move_outside() began, once; empty while it runs.
+  [[nodiscard]] virtual std::optional<OrderEnd> outside_end() { return {}; }
 
   /// True: the arm may move again without a person after a restart of the driver's process.
   [[nodiscard]] virtual bool continues_after_restart() const { return false; }
@@ -173,8 +179,10 @@ struct DeviceSetup {
   std::vector<std::string> joint_names = {};               ///< of each joint in the robot description
   JoinCell join = {};                                      ///< for devices that use topics; empty in checks
   std::vector<std::string> signals = {};                   ///< ports of the signals, as DeviceType::signal accepts them
-  std::vector<double> outside = {};  ///< start of each joint outside the chain that has a range [rad | m]
-  double outside_speed = 0.0;        ///< of these joints, when a gripper moves them [rad/s | m/s]
+  std::vector<double> outside = {};             ///< start of each joint outside the chain that has a range [rad | m]
+  double outside_speed = 0.0;                   ///< of these joints, when a gripper moves them [rad/s | m/s]
+  std::vector<std::string> outside_names = {};  ///< of the same joints, in the robot description
+  std::vector<bool> fingers = {};               ///< which of them belong to the gripper
 };
 
 /// A port of this machine on which a device listens.
@@ -209,7 +217,7 @@ struct DeviceType {
   /// the device has no signals.
   std::optional<SignalKind> (*signal)(std::string_view port) = nullptr;
   std::string_view signal_ports{};  ///< for messages: "digital_input 0 to 7 or digital_output 0 to 7"
-  bool moves_outside = false;       ///< move_outside() works
+  bool moves_outside = false;       ///< move_outside() works for fingers
 };
 
 /// The kinds of devices of this program.

@@ -24,16 +24,19 @@ except ImportError as _error:
 from ._hecaton import (
     ARM_MODES, CAUSE_KINDS, CELL_MODES, FREE_ROTATIONS, GOAL_STATES, NODE_KINDS, NODE_STATES, SEVERITIES, ArmState,
     ArmStatus, Binding, Box, Capsule, Cause, CellStatus, Circle, ContactReport, ConvexHull, Conveyor, Cylinder, Dynamic,
-    Fault, NearestPose, NodeStatus, ObstacleState, Outcome, PlanAnswer, Pose, Progress, Receipt, Sine, Sphere, Static, ToolError)
+    Fault, NearestPose, NodeStatus, ObstacleState, Outcome, PlanAnswer, Pose, Progress, Receipt, Signal, Sine, Sphere,
+    Static, ToolError, ToolState)
 from .errors import Closed, Error, GoalFailed, InvalidArgument, NoAnswer, Rejected, Unreachable, WaitTimeout
-from .live import ANSWER_LIMIT, Arm, Cell, Goal, World, connect
+from .live import ANSWER_LIMIT, GRIPPER_LIMIT, Arm, Cell, Goal, Signals, Tool, World, connect
 from .offline import ArmModel, CellFile, Finding, Limits, MissedTask, Separation, SimulationReport, load
 
 __all__ = [
     "ANSWER_LIMIT", "ARM_MODES", "Arm", "ArmModel", "ArmState", "ArmStatus", "Binding", "Box", "CAUSE_KINDS",
     "CELL_MODES", "Capsule", "Cause", "Cell", "CellFile", "CellStatus", "Circle", "Closed", "ContactReport",
     "ConvexHull", "Conveyor", "Cylinder", "Dynamic", "Error", "FREE_ROTATIONS", "Fault", "Finding", "GOAL_STATES",
+    "GRIPPER_LIMIT",
     "Goal", "GoalFailed", "InvalidArgument", "Limits", "MissedTask", "NODE_KINDS", "NODE_STATES", "NearestPose",
     "NoAnswer", "NodeStatus", "ObstacleState", "Outcome", "PlanAnswer", "Pose", "Progress", "Receipt", "Rejected",
-    "SEVERITIES", "Separation", "SimulationReport", "Sine", "Sphere", "Static", "ToolError", "Unreachable",
+    "SEVERITIES", "Separation", "Signal", "Signals", "SimulationReport", "Sine", "Sphere", "Static", "Tool", "ToolError",
+    "ToolState", "Unreachable",
     "WaitTimeout", "World", "connect", "load"]

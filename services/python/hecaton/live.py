@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import queue
 import time
 import weakref
-from typing import Any, AsyncIterator, Callable, Generator, Iterable, Iterator
+from typing import Any, AsyncIterator, Callable, Generator, Iterable, Iterator, Mapping
 
 from . import _arguments, _hecaton
 from ._arguments import Motion, Shape, Target, limit
 from ._events import Events
-from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt
-from .errors import GoalFailed, WaitTimeout
+from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt, ToolState
+from .errors import GoalFailed, InvalidArgument, Rejected, WaitTimeout
 
-__all__ = ["Cell", "Arm", "Goal", "World", "connect", "ANSWER_LIMIT"]
+__all__ = ["Cell", "Arm", "Goal", "Signals", "Tool", "World", "connect", "ANSWER_LIMIT", "GRIPPER_LIMIT"]
 
 ANSWER_LIMIT = 2.0
 """Default time limit of requests, orders and edits [s]."""
+GRIPPER_LIMIT = 15.0
+"""The same of an order to a gripper, which moves [s]."""
 
 
 class _Link:
@@ -138,14 +141,90 @@ class Goal:
         return f"<hecaton.Goal {self.id} of arm {self.arm}>"
 
 
+class Tool:
+    """The gripper of an arm."""
+
+    __slots__ = ("_link", "_arm")
+
+    def __init__(self, link: _Link, arm: str) -> None:
+        self._link = link
+        self._arm = arm
+
+    def open(self, width: float | None = None, force: float | None = None, *,
+             timeout: float | None = GRIPPER_LIMIT) -> None:
+        """Opens the gripper, to `width` [m] or as far as it goes, and releases what it holds where it is.
+
+        The arm must stand. Returns when the gripper has arrived, and raises Rejected with the reason.
+        """
+        self._grip(False, width, force, timeout)
+
+    def close(self, width: float | None = None, force: float | None = None, *,
+              timeout: float | None = GRIPPER_LIMIT) -> None:
+        """Closes the gripper on what is between its fingers, which becomes part of the arm. `force` in [N]."""
+        self._grip(True, width, force, timeout)
+
+    def state(self, timeout: float | None = ANSWER_LIMIT) -> ToolState:
+        """Width, held obstacle and signals, with their age. Unreachable: the arm has no gripper and no signals."""
+        return self._link.session.tool_state(self._arm, limit("timeout", timeout))
+
+    def _grip(self, close: bool, width: float | None, force: float | None, timeout: float | None) -> None:
+        self._link.session.grip(self._arm, close, None if width is None else _arguments.distance("width", width),
+                                None if force is None else _arguments.positive("force", force, "N"),
+                                limit("timeout", timeout))
+
+    def __repr__(self) -> str:
+        return f"<hecaton.Tool of arm {self._arm}>"
+
+
+class Signals:
+    """The inputs and outputs of an arm's device, by their names in the cell file."""
+
+    __slots__ = ("_link", "_arm")
+
+    def __init__(self, link: _Link, arm: str) -> None:
+        self._link = link
+        self._arm = arm
+
+    def get(self, name: str, timeout: float | None = ANSWER_LIMIT) -> float | None:
+        """The newest value of a signal, 0 or 1 of a digital one; None: the device has not reported any."""
+        signals = self._link.session.tool_state(self._arm, limit("timeout", timeout)).signals
+        for signal in signals:
+            if signal.name == _arguments.text("name", name):
+                return signal.value
+        names = ", ".join(signal.name for signal in signals) or "no signals"
+        raise Rejected(f"arm {self._arm} has no signal {name}; it has {names}", "unknown_name", name)
+
+    def set(self, name: str, value: float, *, timeout: float | None = ANSWER_LIMIT) -> None:
+        """Sets an output; of a simulated arm also an input."""
+        self._link.session.set_signal(self._arm, _arguments.text("name", name), _arguments.number("value", value),
+                                      limit("timeout", timeout))
+
+    def wait(self, name: str, value: float | None = None, *, above: float | None = None, below: float | None = None,
+             timeout: float | None = None) -> bool:
+        """Waits until a signal has `value`, or one between `above` and `below`. False: not within `timeout` [s]."""
+        if (value is None) == (above is None and below is None):
+            raise InvalidArgument("wait for a value, or for one above or below", "invalid_value", "value")
+        if value is not None:
+            above = below = value
+        lowest = -math.inf if above is None else _arguments.number("above", above)
+        highest = math.inf if below is None else _arguments.number("below", below)
+        return self._link.session.wait_for_signal(self._arm, _arguments.text("name", name), lowest, highest,
+                                                  limit("timeout", timeout))
+
+    def __repr__(self) -> str:
+        return f"<hecaton.Signals of arm {self._arm}>"
+
+
 class Arm:
     """A handle to one arm."""
 
-    __slots__ = ("_link", "_name")
+    __slots__ = ("_link", "_name", "_tool", "_io")
 
     def __init__(self, link: _Link, name: str) -> None:
         self._link = link
         self._name = name
+        self._tool = Tool(link, name)
+        self._io = Signals(link, name)
 
     @property
     def name(self) -> str:
@@ -165,6 +244,24 @@ class Arm:
                                           _arguments.number("position_tolerance", position_tolerance),
                                           _arguments.number("orientation_tolerance", orientation_tolerance))
         return Goal(self._link, native, self._name)
+
+    @property
+    def tool(self) -> Tool:
+        """Its gripper."""
+        return self._tool
+
+    @property
+    def io(self) -> Signals:
+        """Inputs and outputs of its device."""
+        return self._io
+
+    def posture(self, joints: Mapping[str, float], *, timeout: float | None = ANSWER_LIMIT) -> None:
+        """Tells all planners where joints outside the chain are, by name [rad | m]. Nothing moves."""
+        if not isinstance(joints, Mapping):
+            _arguments.refuse("joints", joints, 'a dict of positions by joint, such as {"finger": 0.01}')
+        for joint, position in joints.items():
+            self._link.session.place_joint(self._name, _arguments.text("a name in joints", joint),
+                                           _arguments.number(f"joints[{joint!r}]", position), limit("timeout", timeout))
 
     def state(self, timeout: float | None = ANSWER_LIMIT) -> ArmState:
         """The last measured state, with its age. The first call waits until a state has arrived."""

@@ -30,6 +30,50 @@ def still_cell(folder):
     return file
 
 
+SLIDES = """<robot name="slides"><link name="base"/><link name="across"/><link name="along"/>
+<link name="hand"><collision><geometry><box size="0.06 0.24 0.04"/></geometry></collision></link>
+<link name="left"><collision><origin xyz="0 0.005 -0.06"/><geometry><box size="0.02 0.01 0.08"/></geometry></collision></link>
+<link name="right"><collision><origin xyz="0 -0.005 -0.06"/><geometry><box size="0.02 0.01 0.08"/></geometry></collision></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="across"/><axis xyz="1 0 0"/>
+<limit effort="1" velocity="0.5" lower="-0.5" upper="0.5"/></joint>
+<joint name="y" type="prismatic"><parent link="across"/><child link="along"/><axis xyz="0 1 0"/>
+<limit effort="1" velocity="0.5" lower="-0.5" upper="0.5"/></joint>
+<joint name="z" type="prismatic"><parent link="along"/><child link="hand"/><axis xyz="0 0 1"/>
+<limit effort="1" velocity="0.5" lower="0.2" upper="0.9"/></joint>
+<joint name="grip" type="prismatic"><parent link="hand"/><child link="left"/><axis xyz="0 1 0"/>
+<limit effort="1" velocity="0.5" lower="0" upper="0.05"/></joint>
+<joint name="other" type="prismatic"><parent link="hand"/><child link="right"/><axis xyz="0 -1 0"/>
+<limit effort="1" velocity="0.5" lower="0" upper="0.05"/><mimic joint="grip"/></joint></robot>
+"""
+GRIPPER_CELL = """name: grippers
+defaults:
+  urdf: slides.urdf
+  tool_link: hand
+  tool: {xyz: [0, 0, -0.08]}
+  joints: {grip: [0, 0.05]}
+  limits: {velocity: 0.4, acceleration: 4}
+  damper: {security_distance: 0.004, influence_distance: 0.02}
+  poses: {home: [0, 0, 0.7], crate: [0.3, 0, 0.38]}
+arms:
+  - name: north
+    gripper: {joint: grip, closed: 0, opened: 0.05, width: 0.1, speed: 0.1}
+    signals: {part: digital_input, lamp: digital_output, pressure: analog_input 1}
+  - {name: south, base: {xyz: [0, -1.2, 0]}}
+obstacles:
+  - name: crate
+    shapes: [{type: box, size: [0.04, 0.04, 0.04]}]
+    pose: {xyz: [0.3, 0, 0.3]}
+"""
+
+
+def gripper_cell(folder):
+    """The cell of tests/support/gripper_cell.hpp: two arms on slides, one with a gripper."""
+    (pathlib.Path(folder) / "slides.urdf").write_text(SLIDES)
+    file = pathlib.Path(folder) / "gripper.yaml"
+    file.write_text(GRIPPER_CELL)
+    return file
+
+
 class Domain:
     """Locks a DDS domain until close()."""
 
@@ -89,10 +133,14 @@ class LiveCell(unittest.TestCase):
     """One running cell and one connection for all tests of a class."""
 
     @classmethod
+    def cell_file(cls, folder):
+        return still_cell(folder)
+
+    @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
-        cls.file = still_cell(folder.name)
+        cls.file = cls.cell_file(folder.name)
         cls.domain = Domain()
         cls.addClassCleanup(cls.domain.close)
         cls.up = Up(cls.file, cls.domain.number)

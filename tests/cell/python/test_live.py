@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 
 import hecaton
-from live_cell import LiveCell
+from live_cell import LiveCell, gripper_cell
 
 LONG = 120  # of a goal on a slow machine [s]
 
@@ -29,6 +29,56 @@ def resident():
     """Resident memory of this process [kB]."""
     with open("/proc/self/status", encoding="ascii") as status:
         return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+
+class Gripper(LiveCell):
+    @classmethod
+    def cell_file(cls, folder):
+        return gripper_cell(folder)
+
+    def test_closes_on_what_is_between_the_fingers_and_releases_it(self):
+        north = self.cell.arm("north")
+        north.tool.open()
+        self.assertTrue(north.go_to("crate").wait(LONG))
+        north.tool.close(force=20)
+        state = north.tool.state()
+        self.assertTrue(state.has_gripper)
+        self.assertEqual(state.holding, "crate")
+        self.assertAlmostEqual(state.width, 0.04, delta=2e-3)
+        self.assertEqual([each.name for each in self.cell.world.obstacles() if each.attached_to == "north"], ["crate"])
+        north.tool.open(width=0.09)
+        self.assertIsNone(north.tool.state().holding)
+        with self.assertRaises(hecaton.Rejected) as raised:
+            north.tool.open(width=0.5)
+        self.assertEqual((raised.exception.kind, raised.exception.subject), ("invalid_value", "width"))
+        with self.assertRaises(hecaton.InvalidArgument):
+            north.tool.close(force=-1)
+
+    def test_reads_sets_and_awaits_signals(self):
+        io = self.cell.arm("north").io
+        io.set("lamp", 1)
+        self.assertTrue(io.wait("lamp", 1, timeout=LONG))
+        self.assertEqual(io.get("lamp"), 1.0)
+        self.assertFalse(io.wait("part", 1, timeout=0.2))
+        io.set("pressure", 2.7)
+        self.assertTrue(io.wait("pressure", above=2.5, timeout=LONG))
+        self.assertFalse(io.wait("pressure", below=2.5, timeout=0.2))
+        for order in (lambda: io.get("horn"), lambda: io.set("horn", 1), lambda: io.wait("horn", 1)):
+            with self.assertRaises(hecaton.Rejected) as raised:
+                order()
+            self.assertEqual((raised.exception.kind, raised.exception.subject), ("unknown_name", "horn"))
+        for wrong in ({}, {"value": 1, "above": 0}):
+            with self.assertRaises(hecaton.InvalidArgument):
+                io.wait("lamp", **wrong)
+
+    def test_places_a_joint_without_a_gripper(self):
+        south = self.cell.arm("south")
+        south.posture({"grip": 0.02})
+        with self.assertRaises(hecaton.Rejected) as raised:
+            south.posture({"grip": 0.2})
+        self.assertEqual(raised.exception.subject, "grip")
+        with self.assertRaises(hecaton.Unreachable):
+            south.tool.state(timeout=1)
 
 
 class Goals(LiveCell):

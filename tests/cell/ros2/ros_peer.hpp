@@ -11,6 +11,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/bus/fastdds.hpp"
@@ -81,6 +82,7 @@ class PeerReader : public dds::DataReaderListener {
   struct Sample {
     T value;
     rtps::SampleIdentity related;
+    rtps::SampleIdentity identity;
   };
 
   PeerReader(RosPeer& peer, const std::string& topic, const PeerPolicies& policies = {}) : type_(new PubSub()) {
@@ -115,6 +117,11 @@ class PeerReader : public dds::DataReaderListener {
     const std::scoped_lock lock(mutex_);
     samples_.clear();
   }
+  /// The samples that have arrived, without waiting.
+  std::vector<Sample> take() {
+    const std::scoped_lock lock(mutex_);
+    return std::exchange(samples_, {});
+  }
   bool wait_matched(std::chrono::seconds limit = kLong) {
     std::unique_lock lock(mutex_);
     return arrived_.wait_for(lock, limit, [&] { return matched_ > 0; });
@@ -128,7 +135,7 @@ class PeerReader : public dds::DataReaderListener {
     while (bus::outcome(reader->take_next_sample(&value, &info)) == bus::Outcome::kOk) {
       if (!info.valid_data) continue;
       const std::scoped_lock lock(mutex_);
-      samples_.push_back({value, info.related_sample_identity});
+      samples_.push_back({value, info.related_sample_identity, info.sample_identity});
       arrived_.notify_all();
     }
   }
@@ -167,6 +174,16 @@ class PeerWriter : public dds::DataWriterListener {
     return changed_.wait_for(lock, limit, [&] { return matched_ > 0; });
   }
   void write(T value) { writer_->write(&value); }
+  [[nodiscard]] bool matched() {
+    const std::scoped_lock lock(mutex_);
+    return matched_ > 0;
+  }
+  /// Writes the reply to the request of that identity.
+  void reply(T value, const rtps::SampleIdentity& request) {
+    rtps::WriteParams parameters;
+    parameters.related_sample_identity(request);
+    writer_->write(&value, parameters);
+  }
   /// Writes a request whose replies go to the reader `replies`; returns the identity that the reply names.
   rtps::SampleIdentity request(T value, const rtps::GUID_t& replies) {
     rtps::WriteParams parameters;
@@ -215,6 +232,50 @@ class PeerClient {
  private:
   PeerReader<ReplyPubSub> replies_;
   PeerWriter<RequestPubSub> requests_;
+};
+
+/// A server of a service as rmw_fastrtps makes it. The client's reader of replies identifies it, if the request has it.
+template <class RequestPubSub, class ReplyPubSub>
+class PeerServer {
+ public:
+  using Request = typename RequestPubSub::type;
+  using Reply = typename ReplyPubSub::type;
+
+  struct Call {
+    Request request;
+    rtps::SampleIdentity identity;
+  };
+
+  PeerServer(RosPeer& peer, const std::string& service)
+      : replies_(peer, "rr" + service + "Reply"), requests_(peer, "rq" + service + "Request") {}
+
+  /// The requests since the last call. Also sends the replies that waited for a reader.
+  std::vector<Call> take() {
+    send_waiting();
+    std::vector<Call> calls;
+    for (auto& sample : requests_.take()) {
+      rtps::SampleIdentity identity = sample.identity;
+      const rtps::GUID_t& replies = sample.related.writer_guid();
+      if (!(replies == rtps::GUID_t::unknown())) identity.writer_guid(replies);
+      calls.push_back({std::move(sample.value), identity});
+    }
+    return calls;
+  }
+  void reply(const Reply& reply, const rtps::SampleIdentity& to) {
+    waiting_.push_back({reply, to});
+    send_waiting();
+  }
+
+ private:
+  void send_waiting() {
+    if (!replies_.matched()) return;
+    for (const auto& [reply, to] : waiting_) replies_.reply(reply, to);
+    waiting_.clear();
+  }
+
+  PeerWriter<ReplyPubSub> replies_;
+  PeerReader<RequestPubSub> requests_;
+  std::vector<std::pair<Reply, rtps::SampleIdentity>> waiting_;
 };
 
 }  // namespace hecaton::test

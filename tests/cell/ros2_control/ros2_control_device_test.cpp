@@ -24,7 +24,8 @@ class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::s
  protected:
   Ros2ControlDevice() : DrivenRobot({.period = kPeriod, .counter = "commands", .step = 1e-3, .place = 1e-3}) {}
 
-  [[nodiscard]] bool trajectory() const { return GetParam() == "trajectory"; }
+  [[nodiscard]] bool position() const { return GetParam() == "position"; }
+  [[nodiscard]] bool action() const { return GetParam() == "action"; }
 
   void begin(std::vector<std::string> options = {}, std::map<std::string, std::string> keys = {}) {
     const std::string domain = std::to_string(domain_.number());
@@ -34,6 +35,9 @@ class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::s
     device::DeviceSetup setup;
     setup.arm = "south";
     setup.joint_names = {"base", "elbow", "wrist"};
+    setup.outside_names = fingers_;
+    setup.outside.assign(fingers_.size(), 0.0);
+    for (const std::string& joint : fingers_) setup.fingers.push_back(joint == "finger");
     setup.limits.lower = device::JointVector::Constant(3, -3.0);
     setup.limits.upper = device::JointVector::Constant(3, 3.0);
     setup.limits.velocity = device::JointVector::Constant(3, 1.5);
@@ -47,9 +51,13 @@ class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::s
   }
 
   [[nodiscard]] std::vector<std::string> simulation(std::vector<std::string> options) const {
-    options.insert(options.end(), {"--domain", std::to_string(domain_.number()), "--kind", GetParam(), "--namespace",
-                                   "/cell", "--joints", "l_base,l_elbow,l_wrist", "--from-desired"});
+    if (fingers_.empty()) options.insert(options.end(), {"--kind", GetParam()});
+    options.insert(options.end(), {"--domain", std::to_string(domain_.number()), "--namespace", "/cell", "--joints",
+                                   "l_base,l_elbow,l_wrist", "--from-desired"});
     return options;
+  }
+  [[nodiscard]] std::string unserved() const {
+    return action() ? "nothing serves the action follow_joint_trajectory of" : "nothing reads commands of";
   }
   /// Another node with joint states of the same joints.
   void begin_other() {
@@ -60,11 +68,12 @@ class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::s
     ASSERT_TRUE(until([this] { return robot_->state().at("commands") > 0; }));
   }
 
+  std::vector<std::string> fingers_;  ///< joints outside the chain
   test::FreeDomain domain_;
   std::optional<test::RobotSimulator> other_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlDevice, testing::Values("position", "trajectory"),
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlDevice, testing::Values("position", "trajectory", "action"),
                          [](const auto& test) { return test.param; });
 
 TEST_P(Ros2ControlDevice, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {
@@ -88,8 +97,8 @@ TEST_P(Ros2ControlDevice, StopsByItselfWhenSetPointsCease) {
   const double last = q_[0];
   ASSERT_TRUE(until([this] { return stands(); }));
   // 0.5 rad/s with 6 rad/s² end 0.021 rad behind the last set-point. A forward controller stays at the set-point.
-  const double end = trajectory() ? 0.5 * 0.5 / 6.0 / 2.0 : 0.0;
-  EXPECT_NEAR(robot_q()[0], last + end, 0.5 * 0.025 + 1e-3) << "a set-point may not have been sent";
+  const double end = position() ? 0.0 : 0.5 * 0.5 / 6.0 / 2.0;
+  EXPECT_NEAR(robot_q()[0], last + end, 0.5 * (action() ? 0.11 : 0.025) + 1e-3) << "a set-point may not have been sent";
 }
 
 TEST_P(Ros2ControlDevice, FindsItsJointsInEachMessage) {
@@ -151,9 +160,13 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenTheControllerIsDeactivated) {
   move();
   robot_->order("deactivate");
   ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
-  EXPECT_TRUE(says(trajectory() ? "publishes no controller_state, so it is not active"
-                                : "joint l_base stands still although its set-points move"))
-      << text();
+  if (action()) {
+    EXPECT_TRUE(says("has cancelled the trajectory: ") || says("refuses a trajectory: activate it")) << text();
+  } else {
+    EXPECT_TRUE(says(position() ? "joint l_base stands still although its set-points move"
+                                : "publishes no controller_state, so it is not active"))
+        << text();
+  }
   EXPECT_TRUE(says("'hecaton resume south'")) << text();
   robot_->order("activate");
   resumes(msg::CauseKind::CAUSE_PROGRAM_STOPPED);
@@ -164,7 +177,7 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenTheControllerIsUnloaded) {
   move();
   robot_->order("unload");
   ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
-  EXPECT_TRUE(says("nothing reads commands of the controller /cell/")) << text();
+  EXPECT_TRUE(says(unserved() + " the controller /cell/")) << text();
 }
 
 TEST_P(Ros2ControlDevice, HoldsTheArmWhenTwoNodesPublishItsJoints) {
@@ -204,7 +217,7 @@ TEST_P(Ros2ControlDevice, NamesAMissingJoint) {
 TEST_P(Ros2ControlDevice, NamesAMissingController) {
   begin({"--controller", "another_controller"});
   ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
-  EXPECT_TRUE(says("nothing reads commands of the controller /cell/")) << text();
+  EXPECT_TRUE(says(unserved() + " the controller /cell/")) << text();
 }
 
 TEST_P(Ros2ControlDevice, ReportsTheSpeedScaling) {
@@ -233,6 +246,7 @@ TEST_P(Ros2ControlDevice, RefusesASetPointThatJumps) {
 }
 
 TEST_P(Ros2ControlDevice, GoesOnWhenTheControllerRefusesCommandsOfAnotherNode) {
+  if (action()) GTEST_SKIP() << "a server refuses other goals to their client alone";
   begin();
   move();
   robot_->order("command partial");
@@ -245,7 +259,7 @@ TEST_P(Ros2ControlDevice, GoesOnWhenTheControllerRefusesCommandsOfAnotherNode) {
 }
 
 class Ros2ControlTrajectory : public Ros2ControlDevice {};
-INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlTrajectory, testing::Values("trajectory"),
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlTrajectory, testing::Values("trajectory", "action"),
                          [](const auto& test) { return test.param; });
 
 TEST_P(Ros2ControlTrajectory, SendsASetPointAtRestOnce) {
@@ -254,6 +268,134 @@ TEST_P(Ros2ControlTrajectory, SendsASetPointAtRestOnce) {
   const int before = robot_->state().at("commands");
   for (int i = 0; i < 100; ++i) period();
   EXPECT_EQ(robot_->state().at("commands"), before);
+}
+
+class Ros2ControlAction : public Ros2ControlDevice {
+ protected:
+  /// The device has stopped for that reason; it can be resumed where it stands.
+  void stops(const std::string& words) {
+    ASSERT_TRUE(until([this] { return kind() == msg::CauseKind::CAUSE_PROGRAM_STOPPED; })) << text();
+    EXPECT_TRUE(says(words)) << text();
+    EXPECT_TRUE(says("look at the robot, then call 'hecaton resume south'")) << text();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlAction, testing::Values("action"),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(Ros2ControlAction, ReplacesEachGoalByTheNextOne) {
+  begin();
+  move();
+  const int before = robot_->state().at("commands");
+  const double from = q_[0];
+  ASSERT_TRUE(until([&] { return q_[0] > from + 0.5; })) << text();
+  const auto state = robot_->state();
+  EXPECT_GT(state.at("commands").get<int>(), before + 3) << "a goal each 0.1 s";
+  EXPECT_LT(state.at("commands").get<int>(), before + 25);
+  EXPECT_EQ(state.at("cancels"), 0) << "replaced, not cancelled";
+  EXPECT_EQ(state.at("refused"), 0) << state;
+  EXPECT_TRUE(session_->active()) << text();
+}
+
+TEST_P(Ros2ControlAction, HoldsTheArmWhenTheServerAbortsTheGoal) {
+  begin();
+  move();
+  robot_->order("abort -4 joint l_base deviates by 0.2");
+  stops(
+      "the controller /cell/joint_trajectory_controller has aborted the trajectory: the arm left its tolerance on the "
+      "path: look what blocks it, and compare the limits (\"joint l_base deviates by 0.2\")");
+  resumes(msg::CauseKind::CAUSE_PROGRAM_STOPPED);
+}
+
+TEST_P(Ros2ControlAction, NamesEachResultOfTheServer) {
+  const std::vector<std::pair<std::string, std::string>> results{
+      {"-1 bad", "it is no valid goal for the controller"},
+      {"-2 bad", "the controller has other joints: set joints or joint_prefix"},
+      {"-3 bad", "its start has passed: compare the clocks"},
+      {"-5 bad", "did not arrive within its tolerance"},
+      {"-7 no such code", "(\"no such code\")"},
+      {"0", "no reason is given: see the log of the controller"},
+  };
+  begin();
+  for (const auto& [result, words] : results) {
+    move();
+    robot_->order("abort " + result);
+    stops(words);
+    resume();
+  }
+}
+
+TEST_P(Ros2ControlAction, HoldsTheArmWhenTheServerRefusesTheFirstGoal) {
+  begin();
+  robot_->order("deactivate");
+  stops("refuses a trajectory: activate it in ROS 2");
+  robot_->order("activate");
+  resumes(msg::CauseKind::CAUSE_PROGRAM_STOPPED);
+}
+
+TEST_P(Ros2ControlAction, HoldsTheArmWhenTheServerDoesNotAnswer) {
+  begin();
+  move();
+  robot_->order("deaf on");
+  stops("has not answered a trajectory for 10");
+}
+
+TEST_P(Ros2ControlAction, CancelsItsGoalWhenItStops) {
+  begin();
+  move();
+  device_->stop("a test");
+  ASSERT_TRUE(until([this] { return robot_->state().at("cancels") == 1; })) << robot_->state();
+  EXPECT_TRUE(stands() || until([this] { return stands(); }));
+}
+
+/// The finger of the arm is joint 1 of two outside the chain.
+class Ros2ControlGripper : public Ros2ControlDevice {
+ protected:
+  void SetUp() override {
+    fingers_ = {"lid", "finger"};
+    begin(
+        {"--kind", "trajectory", "--gripper", GetParam(), "--finger", "l_finger"},
+        {{"interface", "trajectory"}, {"gripper_controller", "gripper_controller"}, {"gripper_interface", GetParam()}});
+    ASSERT_TRUE(until([this] { return !device_->outside().empty(); }));
+  }
+  device::OrderEnd moved(double to, double force = -1.0) {
+    std::optional<device::OrderEnd> end;
+    until([&] {
+      // Discovery of the controller takes a moment.
+      const auto refused = device_->move_outside({0.0, to}, force);
+      return !refused || refused->text.find("activate") == std::string::npos;
+    });
+    until([&] { return (end = device_->outside_end()).has_value(); });
+    return *end;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlGripper, testing::Values("action", "position"),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(Ros2ControlGripper, MovesItsFingersAndMeasuresThem) {
+  EXPECT_NEAR(device_->outside()[1], 0.05, 1e-9);
+  EXPECT_FALSE(moved(0.01, 25.0).result);
+  EXPECT_NEAR(robot_->state().at("finger").get<double>(), 0.01, 1.1e-3);
+  EXPECT_TRUE(until([this] { return std::abs(device_->outside()[1] - 0.01) < 1.1e-3; }));
+  EXPECT_EQ(robot_->state().at("effort"), action() ? 25.0 : -1.0);
+  EXPECT_FALSE(moved(0.05).result);
+  EXPECT_EQ(robot_->state().at("effort"), action() ? 10.0 : -1.0) << "the default";
+}
+
+TEST_P(Ros2ControlGripper, EndsWhereAnObjectStopsItsFingers) {
+  robot_->order("object 0.02");
+  EXPECT_FALSE(moved(0.0).result);
+  EXPECT_NEAR(robot_->state().at("finger").get<double>(), 0.02, 1e-9);
+}
+
+TEST_P(Ros2ControlGripper, NamesAControllerThatDoesNotMoveIt) {
+  ASSERT_FALSE(moved(0.04).result);
+  robot_->order("gripper off");
+  const auto end = moved(0.0);
+  ASSERT_TRUE(end.result);
+  EXPECT_NE(
+      end.result->text.find(action() ? "refuses the order: activate it in ROS 2" : "activate /cell/gripper_controller"),
+      std::string::npos)
+      << end.result->text;
 }
 
 }  // namespace

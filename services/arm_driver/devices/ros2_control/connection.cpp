@@ -51,13 +51,21 @@ bus::ros2::Topic controller_state_topic(const Options& options) {
 
 }  // namespace
 
-Connection::Connection(const Options& options)
+Connection::Connection(const Options& options, Clock::duration silence_limit)
     : options_(options),
       participant_(options.domain, "/", participant_options(options)),
-      joint_states_(participant_, state_topic(options.joint_states, ros2::type::kJointState), mailbox_),
-      commands_(participant_, command_topic(options)) {
+      joint_states_(participant_, state_topic(options.joint_states, ros2::type::kJointState), mailbox_) {
+  if (options.interface == Interface::kAction) {
+    action_.emplace(participant_, options.controller + "/follow_joint_trajectory",
+                    TrajectoryAction::Types{ros2::type::kSendTrajectory, ros2::type::kTrajectoryResult}, mailbox_);
+  } else {
+    commands_.emplace(participant_, command_topic(options));
+  }
+  if (options.gripper) gripper_.emplace(*options.gripper, silence_limit, participant_, mailbox_);
   if (options.interface == Interface::kTrajectory) {
     controller_state_.emplace(participant_, controller_state_topic(options), mailbox_);
+  }
+  if (options.interface != Interface::kPosition) {
     scaling_input_.emplace(participant_, scaling_input_topic(options), mailbox_);
   }
   if (options.speed_scaling) {
@@ -87,12 +95,17 @@ void Connection::update() {
 
 bool Connection::send(const ros2::Float64MultiArray& message) {
   ros2::encode(message, bytes_);
-  return commands_.write(bytes_);
+  return commands_->write(bytes_);
 }
 
-bool Connection::send(const ros2::JointTrajectory& message) {
+bool Connection::send(const ros2::JointTrajectory& message, Clock::time_point now) {
+  if (action_) {
+    ros2::TrajectoryGoal goal;
+    goal.trajectory = message;
+    return action_->send(goal, now);
+  }
   ros2::encode(message, bytes_);
-  return commands_.write(bytes_);
+  return commands_->write(bytes_);
 }
 
 std::optional<double> Connection::speed_scaling(Clock::time_point now) const {

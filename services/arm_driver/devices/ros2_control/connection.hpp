@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "services/arm_driver/devices/ros2_control/action_client.hpp"
+#include "services/arm_driver/devices/ros2_control/gripper.hpp"
 #include "services/arm_driver/devices/ros2_control/options.hpp"
 #include "services/bus/ros2_endpoint.hpp"
 #include "services/ros2_messages/ros2_types.hpp"
@@ -14,7 +16,7 @@ namespace hecaton::device::ros2_control {
 class Connection {
  public:
   /// Joins the domain. Throws std::runtime_error with a sentence when this fails.
-  explicit Connection(const Options& options);
+  Connection(const Options& options, Clock::duration silence_limit);
 
   [[nodiscard]] std::vector<bus::ros2::Sample> joint_states() { return joint_states_.take(); }
   /// Nodes that publish joint states.
@@ -24,9 +26,15 @@ class Connection {
 
   /// The message must be of the type that the interface has. False: the middleware refuses it.
   bool send(const ros2::Float64MultiArray& message);
-  bool send(const ros2::JointTrajectory& message);
-  /// A controller, or another node, reads commands.
-  [[nodiscard]] bool has_controller() const { return commands_.matched() > 0; }
+  bool send(const ros2::JointTrajectory& message, Clock::time_point now);
+  /// A controller, or another node, reads commands or serves the action.
+  [[nodiscard]] bool has_controller() const { return action_ ? action_->available() : commands_->matched() > 0; }
+  /// Null: trajectories go to a topic.
+  [[nodiscard]] TrajectoryAction* action() { return action_ ? &*action_ : nullptr; }
+  [[nodiscard]] const TrajectoryAction* action() const { return action_ ? &*action_ : nullptr; }
+  /// Null: the arm has no gripper.
+  [[nodiscard]] Gripper* gripper() { return gripper_ ? &*gripper_ : nullptr; }
+  [[nodiscard]] const Gripper* gripper() const { return gripper_ ? &*gripper_ : nullptr; }
 
   /// When a trajectory controller has reported last that it runs; empty: never.
   [[nodiscard]] std::optional<Clock::time_point> controller_runs_at() const { return runs_at_; }
@@ -38,7 +46,9 @@ class Connection {
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   bus::ros2::Reader joint_states_;
-  bus::ros2::Writer commands_;
+  std::optional<bus::ros2::Writer> commands_;
+  std::optional<TrajectoryAction> action_;
+  std::optional<Gripper> gripper_;
   std::optional<bus::ros2::Reader> controller_state_;  ///< of a trajectory controller
   std::optional<bus::ros2::Reader> scaling_input_;     ///< of a trajectory controller
   std::optional<bus::ros2::Reader> scaling_state_;     ///< of the hardware

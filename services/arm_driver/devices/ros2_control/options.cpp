@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 
 #include "services/arm_driver/devices/option_reader.hpp"
 
@@ -11,6 +12,9 @@ namespace {
 /// The domains that ROS 2 can use on each machine.
 constexpr int kLastDomain = 199;
 constexpr double kUsualLookahead = 0.1;  // [s]
+/// Each goal of an action needs an answer, and some servers keep ended goals for minutes: fewer goals [s].
+constexpr double kActionLookahead = 0.2;
+constexpr double kUsualEffort = 10.0;  // [N | N m]
 /// Lag of a servo behind its position command [s].
 constexpr double kUsualServo = 0.05;
 constexpr std::size_t kLongestName = 200;
@@ -47,11 +51,13 @@ std::string name_of(const OptionReader& reader, std::string_view key, const std:
 Interface read_interface(const OptionReader& reader) {
   const std::string text = reader.text("interface").value_or("trajectory");
   if (text == "position") return Interface::kPosition;
+  if (text == "action") return Interface::kAction;
   if (text == "velocity") {
-    reader.fail("interface", text,
-                "position or trajectory: when commands cease, a velocity controller goes on at its last velocity");
+    reader.fail(
+        "interface", text,
+        "position, trajectory or action: when commands cease, a velocity controller goes on at its last velocity");
   }
-  if (text != "trajectory") reader.fail("interface", text, "position or trajectory");
+  if (text != "trajectory") reader.fail("interface", text, "position, trajectory or action");
   return Interface::kTrajectory;
 }
 
@@ -86,6 +92,60 @@ std::vector<std::string> read_joints(const DeviceSetup& setup, const OptionReade
   return joints;
 }
 
+/// The fingers of the gripper, as the robot description names them.
+std::vector<std::string> finger_names(const DeviceSetup& setup) {
+  std::vector<std::string> names;
+  for (std::size_t joint = 0; joint < setup.outside_names.size(); ++joint) {
+    if (setup.fingers[joint]) names.push_back(setup.outside_names[joint]);
+  }
+  return names;
+}
+
+std::optional<GripperOptions> read_gripper(const DeviceSetup& setup, const OptionReader& reader, int domain,
+                                           const std::string& ns) {
+  GripperOptions gripper;
+  gripper.domain = domain;
+  gripper.joints = finger_names(setup);
+  const std::size_t count = gripper.joints.size();
+  const auto controller = reader.text("gripper_controller");
+  if (count == 0 || !controller) {
+    if (count > 0) {
+      throw std::runtime_error(setup.where +
+                               ".gripper_controller is missing: the name of the controller in ROS 2 that moves the "
+                               "gripper of arm " +
+                               setup.arm);
+    }
+    for (const std::string_view key : {"gripper_controller", "gripper_interface", "gripper_joints", "gripper_effort"}) {
+      if (const auto given = reader.text(key)) {
+        reader.fail(key, *given, "absent: arm " + setup.arm + " has no key gripper with a joint");
+      }
+    }
+    return std::nullopt;
+  }
+  gripper.controller = name_of(reader, "gripper_controller", "gripper_controller", ns);
+  const std::string interface = reader.text("gripper_interface").value_or("action");
+  if (interface != "action" && interface != "position") {
+    reader.fail("gripper_interface", interface, "action or position");
+  }
+  gripper.action = interface == "action";
+  if (const auto given = reader.text("gripper_joints")) {
+    gripper.joints = listed(*given);
+    if (gripper.joints.size() != count) {
+      reader.fail("gripper_joints", *given,
+                  std::to_string(count) + (count == 1 ? " name" : " names between commas") +
+                      ", for the fingers of arm " + setup.arm);
+    }
+  } else if (const auto prefix = reader.text("joint_prefix")) {
+    for (std::string& joint : gripper.joints) joint.insert(0, *prefix);
+  }
+  if (gripper.action) {
+    gripper.effort = reader.number("gripper_effort", kUsualEffort, 0.0, 1e4, "N or N m");
+  } else if (const auto effort = reader.text("gripper_effort")) {
+    reader.fail("gripper_effort", *effort, "absent beside gripper_interface: position");
+  }
+  return gripper;
+}
+
 }  // namespace
 
 Options read_options(const DeviceSetup& setup) {
@@ -96,7 +156,7 @@ Options read_options(const DeviceSetup& setup) {
   options.interface = read_interface(reader);
   const std::string ns = reader.text("namespace").value_or("");
   if (!ns.empty() && !is_name(ns, true)) reader.fail("namespace", ns, "a namespace of ROS 2, such as /left");
-  const bool trajectory = options.interface == Interface::kTrajectory;
+  const bool trajectory = options.interface != Interface::kPosition;
   const std::string usual = trajectory ? "joint_trajectory_controller" : "forward_position_controller";
   options.controller = name_of(reader, "controller", usual, ns);
   options.joint_states = name_of(reader, "joint_states", "joint_states", ns);
@@ -105,11 +165,13 @@ Options read_options(const DeviceSetup& setup) {
   }
   options.joints = read_joints(setup, reader);
   if (trajectory) {
-    options.lookahead = reader.number("lookahead", kUsualLookahead, 0.02, 0.5, "s");
+    options.lookahead = reader.number(
+        "lookahead", options.interface == Interface::kAction ? kActionLookahead : kUsualLookahead, 0.02, 0.5, "s");
   } else if (const auto lookahead = reader.text("lookahead")) {
     reader.fail("lookahead", *lookahead, "absent beside interface: position");
   }
   options.tracking_delay = reader.number("tracking_delay", options.lookahead + kUsualServo, 0.0, 1.0, "s");
+  options.gripper = read_gripper(setup, reader, options.domain, ns);
   return options;
 }
 

@@ -1,6 +1,7 @@
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <utility>
 
@@ -21,8 +22,13 @@ constexpr std::chrono::seconds kDiscovery{5};
 constexpr std::chrono::seconds kListening{1};
 /// An active trajectory controller publishes its state more often.
 constexpr std::chrono::seconds kControllerSilence{1};
+/// An action server accepts or refuses a goal within this time.
+constexpr std::chrono::seconds kAnswer{1};
 /// Trajectories in the time of the lookahead.
 constexpr int kTrajectoriesAhead = 4;
+constexpr int kGoalsAhead = 2;               // the same as goals of an action
+constexpr std::int32_t kPathTolerance = -4;  // results with it, or below, are failures of the motion
+constexpr std::size_t kMostOfText = 160;     // of a controller's text
 /// Smaller changes of a set-point at rest are not sent [rad | m], [rad/s | m/s].
 constexpr double kUnchanged = 1e-6;
 /// At a lower speed scaling the lag is not computed any more.
@@ -36,6 +42,31 @@ struct Condition {
   std::string text;
 };
 
+/// A text of the network, for people.
+std::string shown(const std::string& text) {
+  std::string result;
+  for (const char c : text.substr(0, kMostOfText)) result += c >= ' ' && c <= '~' ? c : '?';
+  return result;
+}
+
+/// Codes of the result of FollowJointTrajectory, and what a person does.
+std::string reason_of(const ros2::TrajectoryResult& result) {
+  constexpr std::array<const char*, 6> kReasons{
+      "",
+      "it is no valid goal for the controller: compare the joint limits and the controller's parameters",
+      "the controller has other joints: set joints or joint_prefix in the cell file",
+      "its start has passed: compare the clocks of the machines",
+      "the arm left its tolerance on the path: look what blocks it, and compare the limits",
+      "the arm did not arrive within its tolerance: look what blocks it, and compare the limits",
+  };
+  const int code = -result.error_code;
+  std::string text = code > 0 && code < std::ssize(kReasons) ? kReasons[static_cast<std::size_t>(code)] : "";
+  if (!result.error_string.empty()) {
+    text += (text.empty() ? "" : " ") + std::string("(\"") + shown(result.error_string) + "\")";
+  }
+  return text.empty() ? "no reason is given: see the log of the controller" : text;
+}
+
 class Ros2ControlArm final : public ArmDevice {
  public:
   Ros2ControlArm(const DeviceSetup& setup, Options options)
@@ -45,6 +76,8 @@ class Ros2ControlArm final : public ArmDevice {
         silence_limit_(setup.command_timeout),
         log_(setup.log),
         options_(std::move(options)),
+        outside_(setup.outside),
+        fingers_(setup.fingers),
         states_(options_.joints, setup.command_timeout) {}
 
   DeviceResult configure() override {
@@ -56,7 +89,7 @@ class Ros2ControlArm final : public ArmDevice {
       if (connection_) {
         (void)connection_->joint_states();
       } else {
-        connection_.emplace(options_);
+        connection_.emplace(options_, silence_limit_);
       }
     } catch (const std::exception& error) {
       return DeviceFailure{"cannot join " + domain() + ": " + error.what()};
@@ -69,6 +102,11 @@ class Ros2ControlArm final : public ArmDevice {
     set_point_ = states_.measured().q;
     set_point_at_ = now_;
     sent_.reset();
+    // A server that refuses its first goal is found before the arm counts as ready.
+    if (connection_->action() == nullptr) return {};
+    begun_ = false;
+    send_trajectory({set_point_, JointVector::Zero(set_point_.size())});
+    if (!sent_) return DeviceFailure{"the middleware refuses a goal for " + controller()};
     return {};
   }
 
@@ -77,7 +115,10 @@ class Ros2ControlArm final : public ArmDevice {
     connection_->update();
     for (const bus::ros2::Sample& sample : connection_->joint_states()) {
       states_.take(sample.bytes, sample.writer, sample.received);
+      if (connection_->gripper() != nullptr) connection_->gripper()->take(sample);
     }
+    if (connection_->gripper() != nullptr) connection_->gripper()->update(now);
+    if (connection_->action() != nullptr) watch_goals();
     const double speed = connection_->speed_scaling(now).value_or(1.0);
     settled_speed_ += (speed - settled_speed_) * std::clamp(dt / kSettling, 0.0, 1.0);
     if (auto why = conflict()) return {{}, {}, 1.0, DeviceMode::kFailed, std::move(*why)};
@@ -110,9 +151,33 @@ class Ros2ControlArm final : public ArmDevice {
     return {};
   }
 
-  // The last trajectory ends at rest, and a forward controller stays at the last position.
+  // The last trajectory ends at rest, and a forward controller stays at the last position. A goal is cancelled.
   void stop(std::string_view /*reason*/) override { end_following(); }
   void deactivate() override { end_following(); }
+
+  [[nodiscard]] std::vector<double> outside() const override {
+    if (!connection_ || connection_->gripper() == nullptr) return {};
+    const std::vector<double> measured = connection_->gripper()->positions(now_);
+    if (measured.empty()) return {};
+    std::vector<double> positions = outside_;
+    for (std::size_t joint = 0, finger = 0; joint < positions.size(); ++joint) {
+      if (fingers_[joint]) positions[joint] = measured[finger++];
+    }
+    return positions;
+  }
+  DeviceResult move_outside(const std::vector<double>& positions, double force) override {
+    if (!connection_ || connection_->gripper() == nullptr) return DeviceFailure{"its gripper is not connected yet"};
+    std::vector<double> target;
+    for (std::size_t joint = 0; joint < positions.size(); ++joint) {
+      if (fingers_[joint]) target.push_back(positions[joint]);
+    }
+    return connection_->gripper()->move(target, force, now_);
+  }
+  [[nodiscard]] bool fingers_yield() const override { return options_.gripper.has_value(); }
+  [[nodiscard]] std::optional<OrderEnd> outside_end() override {
+    if (!connection_ || connection_->gripper() == nullptr) return {};
+    return connection_->gripper()->end();
+  }
 
   [[nodiscard]] double tracking_delay() const override {
     return std::min(kLongestDelay, options_.tracking_delay / std::max(kSlowest, settled_speed_));
@@ -127,6 +192,32 @@ class Ros2ControlArm final : public ArmDevice {
   void end_following() {
     follows_ = false;
     watch_.forget();
+    ended_.reset();
+    if (connection_ && connection_->action() != nullptr) connection_->action()->cancel();
+  }
+
+  // Why the goals cannot go on. A server ends each goal that the next one replaces, with its own codes.
+  void watch_goals() {
+    for (const TrajectoryAction::End& end : connection_->action()->update()) {
+      const bool failed = end.accepted && end.result.error_code <= kPathTolerance;
+      if (ended_ || end.status == GoalStatus::kSucceeded || (!end.newest && !failed)) continue;
+      if (!end.accepted) {
+        ended_ = controller() + " refuses a trajectory: activate it in ROS 2, see its log for the reason";
+      } else if (end.status == GoalStatus::kCanceled && !failed) {
+        ended_ = controller() + " or another node has cancelled the trajectory: " + reason_of(end.result);
+      } else if (end.status == GoalStatus::kUnknown) {
+        ended_ = controller() + " does not know the trajectory any more: it was restarted";
+      } else {
+        ended_ = controller() + " has aborted the trajectory: " + reason_of(end.result);
+      }
+      if (log_) log_("trajectory ended", *ended_);
+    }
+    if (!ended_ && connection_->action()->accepted()) begun_ = true;
+    const auto since = connection_->action()->unanswered_since();
+    if (!ended_ && since && now_ - *since > std::max<Clock::duration>(kAnswer, silence_limit_)) {
+      ended_ = controller() + " has not answered a trajectory for " + milliseconds(now_ - *since) +
+               ": see its log and check the network";
+    }
   }
 
   // The controller begins each trajectory at the measured position. A set-point at rest is sent once: repeating it
@@ -136,10 +227,13 @@ class Ros2ControlArm final : public ArmDevice {
       const JointState& before = sent_->set_point;
       const bool rests = set_point.qd.isZero(kUnchanged) && before.qd.isZero(kUnchanged);
       if (rests && (set_point.q - before.q).isZero(kUnchanged)) return;
-      const std::chrono::duration<double> between(options_.lookahead / kTrajectoriesAhead);
+      // The server must answer a goal before it gets the next one.
+      if (connection_->action() != nullptr && connection_->action()->unanswered_since()) return;
+      const int ahead = connection_->action() != nullptr ? kGoalsAhead : kTrajectoriesAhead;
+      const std::chrono::duration<double> between(options_.lookahead / ahead);
       if (now_ - sent_->at + period_ / 2 < between) return;
     }
-    if (connection_->send(stopping_trajectory(options_.joints, set_point, options_.lookahead, limits_))) {
+    if (connection_->send(stopping_trajectory(options_.joints, set_point, options_.lookahead, limits_), now_)) {
       sent_ = {set_point, now_};
     }
   }
@@ -184,7 +278,10 @@ class Ros2ControlArm final : public ArmDevice {
     if (now_ - *measured_since_ < kListening) {
       return {DeviceMode::kStarting, "listens whether another node publishes the joints of the arm"};
     }
-    if (!connection_->has_controller()) return missing("nothing reads commands of " + controller());
+    if (!connection_->has_controller())
+      return missing((connection_->action() != nullptr ? "nothing serves the action follow_joint_trajectory of "
+                                                       : "nothing reads commands of ") +
+                     controller());
     if (options_.interface == Interface::kTrajectory) {
       const auto runs_at = connection_->controller_runs_at();
       if (!runs_at || now_ - *runs_at > std::max<Clock::duration>(kControllerSilence, silence_limit_)) {
@@ -193,6 +290,12 @@ class Ros2ControlArm final : public ArmDevice {
     }
     if (!connection_->speed_scaling(now_)) {
       return missing("no speed scaling arrives on topic " + *options_.speed_scaling);
+    }
+    if (ended_) {
+      return {DeviceMode::kProgramStopped, *ended_ + "; look at the robot, then call " + resume()};
+    }
+    if (follows_ && connection_->action() != nullptr && !begun_) {
+      return {DeviceMode::kStarting, "waits for the answer of " + controller()};
     }
     if (const auto joint = watch_.idle_joint()) {
       return {DeviceMode::kProgramStopped,
@@ -216,12 +319,16 @@ class Ros2ControlArm final : public ArmDevice {
   Clock::duration silence_limit_;
   DeviceLog log_;
   Options options_;
+  std::vector<double> outside_;
+  std::vector<bool> fingers_;
   JointStates states_;
   std::optional<Connection> connection_;  ///< from the first configure() on
   MotionWatch watch_;
-  bool follows_ = false;    ///< active
-  bool was_heard_ = false;  ///< since the object began
-  JointVector set_point_;   ///< the last one, or measured when the driver activated the device
+  bool follows_ = false;              ///< active
+  bool was_heard_ = false;            ///< since the object began
+  bool begun_ = false;                ///< the server has accepted a goal since the driver activated the device
+  std::optional<std::string> ended_;  ///< why the goals of an action cannot go on, while the device follows
+  JointVector set_point_;             ///< the last one, or measured when the driver activated the device
   Clock::time_point set_point_at_;
   std::optional<Clock::time_point> measured_since_;  ///< the arm is measured; since configure()
   std::optional<Sent> sent_;                         ///< the last trajectory since then
@@ -238,21 +345,34 @@ std::unique_ptr<ArmDevice> make_ros2_control_arm(const DeviceSetup& setup) {
 
 std::vector<Claim> ros2_control_claims(const DeviceSetup& setup) {
   const ros2_control::Options options = ros2_control::read_options(setup);
-  return {{options.controller + " in domain " + std::to_string(options.domain) + " of ROS 2", "controller"}};
+  const std::string domain = " in domain " + std::to_string(options.domain) + " of ROS 2";
+  std::vector<Claim> claims{{options.controller + domain, "controller"}};
+  if (options.gripper) claims.push_back({options.gripper->controller + domain, "gripper_controller"});
+  return claims;
 }
 
 std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {
   const ros2_control::Options options = ros2_control::read_options(setup);
-  const bool trajectory = options.interface == ros2_control::Interface::kTrajectory;
+  const bool position = options.interface == ros2_control::Interface::kPosition;
+  const bool action = options.interface == ros2_control::Interface::kAction;
   std::string joints;
   for (const std::string& joint : options.joints) joints += (joints.empty() ? "" : ", ") + joint;
   std::vector<std::string> notes{"arm " + setup.arm + ": its driver sends to " + options.controller +
-                                 (trajectory ? "/joint_trajectory" : "/commands") + " and reads " +
-                                 options.joint_states + " in domain " + std::to_string(options.domain) +
+                                 (action     ? "/follow_joint_trajectory"
+                                  : position ? "/commands"
+                                             : "/joint_trajectory") +
+                                 " and reads " + options.joint_states + " in domain " + std::to_string(options.domain) +
                                  " of ROS 2; its joints there are " + joints};
   notes.push_back("arm " + setup.arm +
                   ": each node in that domain can move the arm; keep the domain to its own network");
-  if (!trajectory) {
+  if (options.gripper) {
+    std::string fingers;
+    for (const std::string& joint : options.gripper->joints) fingers += (fingers.empty() ? "" : ", ") + joint;
+    notes.push_back("arm " + setup.arm + ": its gripper is moved by " + options.gripper->controller +
+                    (options.gripper->action ? "/gripper_cmd" : "/commands") + ", and measured by " +
+                    options.joint_states + " of " + fingers);
+  }
+  if (position) {
     notes.push_back("arm " + setup.arm +
                     ": when its driver dies, the controller goes to the last set-point at once and stays there; "
                     "interface: trajectory brakes instead");

@@ -75,7 +75,7 @@ class SimulatedArm final : public ArmDevice {
   [[nodiscard]] std::vector<double> outside() const override {
     return {tool_.outside.begin(), tool_.outside.begin() + static_cast<std::ptrdiff_t>(outside_count_)};
   }
-  DeviceResult move_outside(const std::vector<double>& positions) override {
+  DeviceResult move_outside(const std::vector<double>& positions, double /*force*/) override {
     target_ = positions;
     return {};
   }

@@ -30,6 +30,18 @@ export class ServerClock {
   }
 }
 
+/** The states of an arm that its driver numbers from 1 on. A recorded simulation begins anew with each episode. */
+export class StateNumbers {
+  private newest = 0;
+
+  /** True: the driver has begun anew, so the arm may be elsewhere without having moved there. */
+  beginsAnew(number: number): boolean {
+    const anew = number < this.newest;
+    this.newest = number;
+    return anew;
+  }
+}
+
 /** The last values of a vector with the server's times of their measurement. */
 export class Track {
   private readonly times: number[] = [];

@@ -2,7 +2,7 @@
 import type { Arm, ArmStatus, CellMessage, Fault, ObstaclesMessage, StatusMessage } from "./protocol";
 import {
   ageText, clockText, distanceText, durationText, isOpen, MARKS, matches, modeText, overrideText, reasonOf, stateOf,
-  type ArmState,
+  toolText, type ArmState,
 } from "./words";
 
 export function byId(id: string): HTMLElement {
@@ -251,6 +251,7 @@ export class Panel {
     set("command", arm.command_age === undefined ? "–" : durationText(arm.command_age));
     set("planner", arm.planner);
     set("carried", arm.carried || "nothing");
+    set("gripper", toolText(arm.tool));
     set("speed", [arm.speed === undefined ? "–" : arm.speed.toFixed(2), arm.speed_override < 1 && `at most ${overrideText(arm.speed_override)}`].filter(Boolean).join(", "));
   }
 
@@ -260,7 +261,7 @@ export class Panel {
     head.textContent = `${arm.name} `;
     element("span", head, "dim").textContent = arm.robot;
     const list = element("dl", right);
-    const fields = ["state", "why", "goal", "binding", "note", "age", "command", "planner", "carried", "speed"];
+    const fields = ["state", "why", "goal", "binding", "note", "age", "command", "planner", "carried", "gripper", "speed"];
     for (const name of fields) {
       element("dt", list).textContent = name;
       element("dd", list, "number").dataset.field = name;

@@ -87,7 +87,7 @@ export interface FrameMessage {
   t: number; // clock of the server, which runs evenly
   rate: number; // of the time that is shown: 1 live, 0 paused
   leaps: number; // grows when that time leaps
-  arms: [number | null, number[]][]; // age (null: never received), joint positions
+  arms: [number | null, number[], number][]; // age (null: never received), joint positions, number of the state
   obstacle_age: number | null;
   obstacles: Record<string, Pose>;
 }
@@ -118,6 +118,13 @@ export interface Goal {
   binding: Binding | null;
 }
 
+/** The gripper of an arm. */
+export interface Tool {
+  moving: boolean;
+  width: number | null; // of its opening [m]; null: not known
+  holding: string; // obstacle; empty: none
+}
+
 export interface ArmStatus {
   name: string;
   mode: "run" | "hold" | "stop" | "unknown";
@@ -126,6 +133,7 @@ export interface ArmStatus {
   planner: string;
   drive: string | null; // null: no state was received
   goal: Goal | null;
+  tool: Tool | null; // null: it has no gripper, or its driver does not run
   lost: boolean;
   moving?: boolean;
   speed?: number; // of the fastest joint [rad/s | m/s]

@@ -4,7 +4,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./figures";
 import { GhostDrag } from "./ghost_drag";
 import { Gizmo } from "./gizmo";
-import { PoseTrack, ServerClock, SHOWN_DELAY, Track } from "./motion";
+import { PoseTrack, ServerClock, SHOWN_DELAY, StateNumbers, Track } from "./motion";
 import { nearestOf, type Segment } from "./nearest";
 import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, Pose, StatusMessage } from "./protocol";
 import { loadVisuals } from "./visuals";
@@ -43,6 +43,7 @@ interface ArmEntry {
   name: Label;
   trail: THREE.Line;
   trailCount: number;
+  numbers: StateNumbers;
   visible: boolean; // by the filter
 }
 
@@ -133,7 +134,7 @@ export class CellScene {
       trail.frustumCulled = false;
       const entry: ArmEntry = {
         figure, track: new Track(), age: Number.POSITIVE_INFINITY, status: null, pair: new PairLine(0xe8b04a), pairLabel: new Label(),
-        name: new Label(), trail, trailCount: 0, visible: true,
+        name: new Label(), trail, trailCount: 0, numbers: new StateNumbers(), visible: true,
       };
       entry.pair.line.visible = entry.pairLabel.sprite.visible = trail.visible = false;
       this.overlay.add(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, trail);
@@ -185,7 +186,11 @@ export class CellScene {
     const timeOf = (age: number): number => frame.t - (frame.rate > 0 ? age / frame.rate : 0);
     let index = 0;
     for (const entry of this.arms.values()) {
-      const [age, q] = frame.arms[index++] ?? [null, []];
+      const [age, q, number] = frame.arms[index++] ?? [null, [], 0];
+      if (entry.numbers.beginsAnew(number)) {
+        entry.track = new Track();
+        entry.trailCount = 0; // no line to where the arm begins
+      }
       // A state that is no number (null) is not drawn, and so the arm becomes stale.
       entry.age = age ?? Number.POSITIVE_INFINITY;
       if (age !== null && q.length && q.every(Number.isFinite)) entry.track.add(timeOf(age), q);

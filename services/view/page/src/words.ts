@@ -1,5 +1,5 @@
 /// Numbers and states in words, with widths that do not jump.
-import type { ArmStatus, Fault, StatusMessage } from "./protocol";
+import type { ArmStatus, Fault, StatusMessage, Tool } from "./protocol";
 
 /** The state of an arm for people. Each has its own colour and its own mark, so that neither is needed alone. */
 export type ArmState = "moving" | "waiting" | "idle" | "held" | "stopped" | "fault" | "lost" | "stale" | "observed";
@@ -53,6 +53,13 @@ export function clockText(unix: number): string {
   const date = new Date(unix);
   const two = (n: number): string => String(n).padStart(2, "0");
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}`;
+}
+
+/** The gripper of an arm: "40 mm wide, holds crate". */
+export function toolText(tool: Tool | null): string {
+  if (tool === null) return "no gripper";
+  const width = tool.width === null ? "width not known" : `${distanceText(tool.width)} wide`;
+  return [width, tool.moving && "moves", tool.holding ? `holds ${tool.holding}` : "holds nothing"].filter(Boolean).join(", ");
 }
 
 /** A time since the begin of a recording [ms]: "1:02.345". */

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { freshness, PoseTrack, ServerClock, Track } from "../src/motion";
+import { freshness, PoseTrack, ServerClock, StateNumbers, Track } from "../src/motion";
 import type { Pose } from "../src/protocol";
 
 test("the clock follows the fastest message", () => {
@@ -20,6 +20,12 @@ test("the clock forgets a message after five seconds", () => {
   clock.received(0, 10);
   for (let i = 1; i <= 150; ++i) clock.received(33 * i, 33 * i + 20);
   assert.equal(clock.at(33 * 150 + 20), 33 * 150);
+});
+
+test("states whose numbers begin anew belong to another episode", () => {
+  const numbers = new StateNumbers();
+  assert.deepEqual([1, 2, 2, 7, 1, 2, 0].map((number) => numbers.beginsAnew(number)),
+                   [false, false, false, false, true, false, true]);
 });
 
 test("a track interpolates and never extrapolates", () => {

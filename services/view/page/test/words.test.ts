@@ -1,10 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { ArmStatus } from "../src/protocol";
-import { ageText, distanceText, matches, offsetText, modeText, reasonOf, shareOf, stateOf } from "../src/words";
+import { ageText, distanceText, matches, offsetText, modeText, reasonOf, shareOf, stateOf, toolText } from "../src/words";
 
 const arm = (change: Partial<ArmStatus> = {}): ArmStatus => ({
-  name: "north", mode: "run", speed_override: 1, waiting: null, planner: "planner/north", drive: "running", goal: null, lost: false,
+  name: "north", mode: "run", speed_override: 1, waiting: null, planner: "planner/north", drive: "running", goal: null, tool: null,
+  lost: false,
   ...change,
 });
 const cause = (kind: string, text = "why"): ArmStatus["waiting"] => ({ kind, subject: "", text });
@@ -33,6 +34,12 @@ test("the reason is the sentence of the cell", () => {
                "waits for a goal; the last was reached");
   assert.equal(reasonOf(arm({ waiting: cause("mode_unknown", "") })), "mode unknown");
   assert.equal(reasonOf(arm()), "moves");
+});
+
+test("a gripper has a width and holds something", () => {
+  assert.equal(toolText(null), "no gripper");
+  assert.equal(toolText({ moving: false, width: 0.0402, holding: "crate" }), "40 mm wide, holds crate");
+  assert.equal(toolText({ moving: true, width: null, holding: "" }), "width not known, moves, holds nothing");
 });
 
 test("ages and distances have units", () => {

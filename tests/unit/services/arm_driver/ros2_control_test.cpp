@@ -81,10 +81,11 @@ TEST(Ros2ControlOptions, RefusesWrongKeys) {
   EXPECT_EQ(ros2_control_refusal({{"domain", "200"}}), where + "domain = 200 must be 0 to 199");
   EXPECT_EQ(ros2_control_refusal({{"domain", "1.5"}}), where + "domain = 1.5 must be a whole number");
   EXPECT_EQ(ros2_control_refusal({{"interface", "effort"}}),
-            where + "interface = effort must be position or trajectory");
+            where + "interface = effort must be position, trajectory or action");
   EXPECT_EQ(ros2_control_refusal({{"interface", "velocity"}}),
             where +
-                "interface = velocity must be position or trajectory: when commands cease, a velocity controller goes "
+                "interface = velocity must be position, trajectory or action: when commands cease, a velocity "
+                "controller goes "
                 "on at its last velocity");
   EXPECT_EQ(ros2_control_refusal({{"namespace", "left"}}),
             where + "namespace = left must be a namespace of ROS 2, such as /left");
@@ -107,6 +108,49 @@ TEST(Ros2ControlOptions, RefusesWrongKeys) {
   EXPECT_EQ(ros2_control_refusal({{"tracking_delay", "-1s"}}), where + "tracking_delay = -1s must be 0s to 1s");
   EXPECT_EQ(ros2_control_refusal({{"address", "localhost"}}),
             where + "address = localhost must be an IPv4 address, such as 192.168.0.10");
+}
+
+TEST(Ros2ControlOptions, SendsFewerGoalsOfAnAction) {
+  const rc::Options options = rc::read_options(ros2_control_setup({{"interface", "action"}}));
+  EXPECT_EQ(options.interface, rc::Interface::kAction);
+  EXPECT_EQ(options.controller, "/joint_trajectory_controller");
+  EXPECT_DOUBLE_EQ(options.lookahead, 0.2);
+  EXPECT_DOUBLE_EQ(options.tracking_delay, 0.25);
+}
+
+TEST(Ros2ControlOptions, NeedsTheControllerOfAGripper) {
+  auto setup = ros2_control_setup({{"namespace", "/left"}, {"joint_prefix", "l_"}, {"gripper_controller", "hand"}});
+  setup.outside_names = {"lid", "finger"};
+  setup.fingers = {false, true};
+  const auto gripper = rc::read_options(setup).gripper;
+  ASSERT_TRUE(gripper);
+  EXPECT_EQ(gripper->controller, "/left/hand");
+  EXPECT_TRUE(gripper->action);
+  EXPECT_EQ(gripper->joints, (std::vector<std::string>{"l_finger"}));
+  EXPECT_DOUBLE_EQ(gripper->effort, 10.0);
+  EXPECT_EQ(ros2_control_claims(setup).back().what, "/left/hand in domain 0 of ROS 2");
+
+  const auto refusal = [&](const std::map<std::string, std::string>& keys) {
+    setup.values = {keys.begin(), keys.end()};
+    try {
+      (void)rc::read_options(setup);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const std::string where = "cell.yaml: arms[0].device.";
+  EXPECT_EQ(refusal({}), where +
+                             "gripper_controller is missing: the name of the controller in ROS 2 that moves the "
+                             "gripper of arm south");
+  EXPECT_EQ(refusal({{"gripper_controller", "hand"}, {"gripper_interface", "effort"}}),
+            where + "gripper_interface = effort must be action or position");
+  EXPECT_EQ(refusal({{"gripper_controller", "hand"}, {"gripper_joints", "a, b"}}),
+            where + "gripper_joints = a, b must be 1 name, for the fingers of arm south");
+  EXPECT_EQ(refusal({{"gripper_controller", "hand"}, {"gripper_interface", "position"}, {"gripper_effort", "5"}}),
+            where + "gripper_effort = 5 must be absent beside gripper_interface: position");
+  EXPECT_EQ(ros2_control_refusal({{"gripper_effort", "5"}}),
+            where + "gripper_effort = 5 must be absent: arm south has no key gripper with a joint");
 }
 
 // --- joint states

@@ -21,7 +21,7 @@ using msg::DeviceOrder;
 constexpr auto kPeriod = 2ms;
 
 /// A device that sets signals at once, or fails.
-class PlainDevice final : public device::ArmDevice {
+class PlainDevice : public device::ArmDevice {
  public:
   device::DeviceResult configure() override { return {}; }
   device::DeviceResult activate() override { return {}; }
@@ -38,6 +38,31 @@ class PlainDevice final : public device::ArmDevice {
 
   std::array<std::optional<double>, 3> signals{};
   device::DeviceResult failure;
+};
+
+/// A device with fingers that something may stop.
+class YieldingDevice final : public PlainDevice {
+ public:
+  [[nodiscard]] std::vector<double> outside() const override {
+    return known ? std::vector<double>{finger} : std::vector<double>{};
+  }
+  device::DeviceResult move_outside(const std::vector<double>& positions, double wanted) override {
+    target = positions[0];
+    force = wanted;
+    return {};
+  }
+  [[nodiscard]] bool fingers_yield() const override { return true; }
+  [[nodiscard]] std::optional<device::OrderEnd> outside_end() override {
+    if (!target) return {};
+    const double from = finger;
+    finger = *std::exchange(target, std::nullopt);
+    if (object && (from - *object) * (finger - *object) < 0.0) finger = *object;
+    return device::OrderEnd{failure};
+  }
+
+  bool known = true;
+  double finger = 0.05, force = 0.0;
+  std::optional<double> target, object;
 };
 
 /// Periods of a driver whose arm stands above the crate.
@@ -257,6 +282,49 @@ TEST_F(Tool, OpensAndClosesAGripperBySignals) {
   EXPECT_EQ(failed.text(), "arm north: its cable is out");
 }
 
+TEST_F(Tool, ClosesFingersThatYieldAsFarAsTheObjectLetsThem) {
+  use();
+  YieldingDevice device;
+  device.known = false;
+  restart(&device);
+  EXPECT_EQ(state_.outside_upper()[0] - state_.outside_lower()[0], 0.05) << "the whole range until it is measured";
+  device.known = true;
+  period();
+  EXPECT_EQ(state_.outside_lower(), (std::vector<double>{0.05}));
+  device.object = 0.0195;
+  msg::DeviceRequest close = request(DeviceOrder::DEVICE_CLOSE_TOOL);
+  close.force(12.0);
+  const msg::Cause closed = carry_out(close);
+  EXPECT_EQ(closed.kind(), CauseKind::CAUSE_NONE) << closed.text();
+  EXPECT_EQ(device.force, 12.0);
+  EXPECT_EQ(tool_.holding(), "crate");
+  EXPECT_NEAR(tool_.width(), 0.039, 1e-9);
+  device.finger = 0.018;  // the object gives way
+  period();
+  EXPECT_LE(state_.outside_lower()[0], 0.018);
+  EXPECT_EQ(carry_out(DeviceOrder::DEVICE_OPEN_TOOL).kind(), CauseKind::CAUSE_NONE);
+  EXPECT_EQ(tool_.holding(), "");
+}
+
+TEST_F(Tool, HoldsNothingWhenFingersThatYieldMeetNothing) {
+  use();
+  YieldingDevice device;
+  restart(&device);
+  const msg::Cause missed = carry_out(DeviceOrder::DEVICE_CLOSE_TOOL);
+  EXPECT_EQ(missed.kind(), CauseKind::CAUSE_NOT_ALLOWED_NOW);
+  EXPECT_EQ(missed.text(), "arm north: its gripper is closed and holds nothing: crate is not where the cell has it");
+  EXPECT_EQ(tool_.holding(), "");
+  EXPECT_FALSE(attached_.at("crate"));
+  device.object = 0.03;
+  const msg::Cause stuck = carry_out(DeviceOrder::DEVICE_OPEN_TOOL);
+  EXPECT_EQ(stuck.text(),
+            "arm north: its gripper stands at 0.03 instead of 0.05: look whether something stops its fingers");
+  device.failure = device::DeviceFailure{"its controller refuses"};
+  const msg::Cause failed = carry_out(DeviceOrder::DEVICE_OPEN_TOOL);
+  EXPECT_EQ(failed.kind(), CauseKind::CAUSE_DEVICE_FAILED);
+  EXPECT_EQ(failed.text(), "arm north: its controller refuses");
+}
+
 TEST_F(Tool, TakesThePlaceOfAJointFromAPerson) {
   use("    host: localhost\n");
   EXPECT_EQ(state_.outside_lower(), (std::vector<double>{0.0}));
@@ -325,7 +393,7 @@ TEST(ToolKeys, DependOnTheTypeOfTheDevice) {
   for (const device::DeviceType& type : device::device_types()) {
     const bool has_signals = type.type == "simulated" || type.type == "universal_robots";
     EXPECT_EQ(type.signal != nullptr, has_signals) << type.type;
-    EXPECT_EQ(type.moves_outside, type.type == "simulated") << type.type;
+    EXPECT_EQ(type.moves_outside, type.type == "simulated" || type.type == "ros2_control") << type.type;
     if (type.type != "universal_robots") continue;
     EXPECT_EQ(type.signal("tool_output 1"), device::SignalKind::kDigitalOutput);
     EXPECT_EQ(type.signal("analog_input 0"), device::SignalKind::kAnalogInput);

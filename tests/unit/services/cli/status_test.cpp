@@ -121,6 +121,27 @@ TEST(StatusText, SaysASpeedBelowFullSpeed) {
   EXPECT_EQ(speed_text(1.0), "100 %");
 }
 
+TEST(StatusText, ShowsGrippersThatAreHeard) {
+  const msg::CellStatus status = example_status();
+  const std::string arm = status.arms()[0].arm();
+  EXPECT_EQ(arms_text(status, Palette(false)).find("gripper"), std::string::npos);
+  msg::ToolState tool;
+  tool.arm(arm);
+  tool.has_gripper(true);
+  tool.width(0.04);
+  tool.holding("crate");
+  const Tools tools{{arm, tool}};
+  EXPECT_NE(arms_text(status, Palette(false), tools).find("40 mm, holds crate"), std::string::npos)
+      << arms_text(status, Palette(false), tools);
+  Json arms = list_json(status.arms());
+  add_tools(arms, tools);
+  EXPECT_EQ(arms[0]["tool"], (Json{{"arm", arm}, {"moving", false}, {"width", 0.04}, {"holding", "crate"}}));
+  EXPECT_TRUE(arms[1]["tool"].is_null()) << "no gripper";
+  tool.width(-1.0);
+  tool.holding("");
+  EXPECT_EQ(gripper_text(tool), "holds nothing") << "a gripper on outputs";
+}
+
 TEST(StatusJson, ListsCarriedObjects) {
   msg::CellStatus status = example_status();
   EXPECT_EQ(to_json(status)["arms"][0]["state"]["carried"], Json::array());

@@ -49,7 +49,9 @@ class CellStatusTest : public ::testing::Test {
     message.arm(arm);
     message.mode(mode);
     if (mode != msg::ArmMode::ARM_RUNNING) {
-      message.cause(make_cause(msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
+      const bool starts = mode == msg::ArmMode::ARM_STARTING;
+      message.cause(
+          make_cause(starts ? msg::CauseKind::CAUSE_STARTING : msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
     }
     message.qd({0.0, speed});
     snapshot_.arms.insert_or_assign(arm, Received<msg::ArmState>{message, at(), {}});
@@ -110,6 +112,15 @@ TEST_F(CellStatusTest, ReportsTheEndOfTheLastGoalWhileTheArmBrakes) {
   EXPECT_EQ(waits(), "a goal; the last was reached");
   state("left", msg::ArmMode::ARM_RUNNING, 0.0, {});
   EXPECT_EQ(waits(), "a goal; the last was reached");
+}
+
+TEST_F(CellStatusTest, WaitsForAGoalWhenTheDriveStartsAfterTheEndOfAGoal) {
+  snapshot_.update_goal(goal(1, "g1", msg::GoalState::GOAL_REACHED));
+  state("left", msg::ArmMode::ARM_STARTING, 0.0, {});
+  EXPECT_EQ(waits(), "a goal; the last was reached");
+  EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_NO_GOAL);
+  snapshot_.update_goal(goal(2, "g2", msg::GoalState::GOAL_ACTIVE));
+  EXPECT_EQ(waiting_for("left", watch_, snapshot_).kind(), msg::CauseKind::CAUSE_STARTING);
 }
 
 TEST_F(CellStatusTest, NamesTheBodyThatBlocksTheGoal) {

@@ -145,7 +145,8 @@ class LiveViewTest : public testing::Test {
           fault(participant),
           heartbeat(participant),
           shapes(participant),
-          obstacles(participant) {}
+          obstacles(participant),
+          tool(participant) {}
     bus::Writer<msg::ArmState> state;
     bus::Writer<msg::GoalStatus> goal;
     bus::Writer<msg::CellMode> mode;
@@ -153,6 +154,7 @@ class LiveViewTest : public testing::Test {
     bus::Writer<msg::Heartbeat> heartbeat;
     bus::Writer<msg::ObstacleShapes> shapes;
     bus::Writer<msg::ObstacleStates> obstacles;
+    bus::Writer<msg::ToolState> tool;
   };
 
   [[nodiscard]] std::uint16_t port() const {
@@ -237,6 +239,7 @@ TEST_F(LiveViewTest, ShowsStatesReasonsAndFaultsOfARunningCell) {
     return !message.at("arms")[0][0].is_null();
   });
   EXPECT_EQ(frame.at("arms")[0][1], Json(std::vector<double>(6, 0.25)));
+  EXPECT_GT(frame.at("arms")[0][2].get<std::uint64_t>(), 0U) << "the number of the state";
   EXPECT_TRUE(frame.at("arms")[1][0].is_null()) << "west has sent nothing";
 
   const Json status = page.wait_for("status", [&](const Json& message) {
@@ -251,6 +254,20 @@ TEST_F(LiveViewTest, ShowsStatesReasonsAndFaultsOfARunningCell) {
   EXPECT_EQ(north.at("goal").at("binding").at("distance"), 0.031);
   EXPECT_EQ(north.at("goal").at("q").size(), 6U);
   EXPECT_EQ(status.at("mode"), "run");
+  EXPECT_TRUE(north.at("tool").is_null()) << "no gripper was heard";
+
+  msg::ToolState tool;
+  tool.arm("north");
+  tool.sequence_number(1);
+  tool.has_gripper(true);
+  tool.width(0.04);
+  tool.holding("crate");
+  ASSERT_TRUE(writers_->tool.write(tool));
+  const Json gripper = page.wait_for("status", [&](const Json& message) {
+    publish_state(0.25);
+    return !arm(message, "north").at("tool").is_null();
+  });
+  EXPECT_EQ(arm(gripper, "north").at("tool"), (Json{{"moving", false}, {"width", 0.04}, {"holding", "crate"}}));
 
   msg::Fault fault;
   fault.id("f1");
