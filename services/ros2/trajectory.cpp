@@ -125,6 +125,7 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
                                              " points, but must have 1 to " + std::to_string(most));
   }
   TrajectoryOrder order;
+  order.start = q;
   planner::TimedPoint before{0.0, q, {}, {}};
   for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
     const JointTrajectoryPoint& point = trajectory.points[i];
@@ -173,6 +174,12 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
 }
 
 }  // namespace
+
+planner::JointState TrajectoryOrder::at(double time) const {
+  const planner::TimedPoint& first = trajectory.points.front();
+  if (time >= first.time) return trajectory.at(time);
+  return planner::interpolate({0.0, start, {}, {}}, first, time);
+}
 
 std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names, const planner::Arm& arm) {
   const auto& joints = arm.model->joint_names;

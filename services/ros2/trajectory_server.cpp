@@ -297,7 +297,7 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
   feedback.header.stamp = ros_time(arm.state->received);
   feedback.joint_names = active_->names;
   const TrajectoryFollower& follower = active_->follower;
-  const planner::JointState desired = follower.order().trajectory.at(follower.time());
+  const planner::JointState desired = follower.order().at(follower.time());
   const planner::JointVector q = measured(arm);
   const auto& qd = arm.state->value.qd();
   const auto joints = joint_numbers(active_->names, arm_);
@@ -316,7 +316,7 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
 
 std::optional<OrderedPath> TrajectoryServer::path() const {
   if (!active_) return std::nullopt;
-  OrderedPath path{arm_.name, {}};
+  OrderedPath path{arm_.name, {active_->follower.order().start}};
   for (const planner::TimedPoint& point : active_->follower.order().trajectory.points) path.points.push_back(point.q);
   return path;
 }

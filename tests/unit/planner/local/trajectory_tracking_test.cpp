@@ -1,6 +1,8 @@
 #include "planner/local/trajectory_tracking.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -9,6 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "planner/arm_controller.hpp"
+#include "planner/local/random.hpp"
+#include "planner/trajectory/time_optimal.hpp"
 #include "tests/support/planar_point.hpp"
 
 namespace hecaton::planner {
@@ -111,6 +115,81 @@ TEST(TrajectoryTracking, FollowsPointsWithoutVelocities) {
   arm.start(trajectory);
   EXPECT_NEAR(arm.drive(10.0), trajectory.duration(), 0.05 * trajectory.duration());
   EXPECT_LT(arm.worst(), 7e-3);
+}
+
+/// Six prismatic joints in one line: only their limits count.
+Arm six_joints() {
+  auto model = std::make_shared<RobotModel>();
+  model->name = "six_joints";
+  model->links.resize(7);
+  model->links[0].name = "ground";
+  for (int j = 0; j < 6; ++j) {
+    const std::string name(1, static_cast<char>('a' + j));
+    model->links[static_cast<std::size_t>(j) + 1] = {
+        name, j, JointType::kPrismatic, name, Pose::Identity(), Eigen::Vector3d::UnitX(), j};
+    model->joint_names.push_back(name);
+  }
+  LinkGeometry& ball = model->geometry.emplace_back();
+  ball.link = 6;
+  ball.shape = world::Sphere{0.05};
+  const auto all = [](double value) { return JointVector(JointVector::Constant(6, value)); };
+  model->limits = {all(-6.0), all(6.0), all(1.5), all(6.0)};
+  model->tool_link = 6;
+  Arm arm;
+  arm.name = "six";
+  arm.model = model;
+  arm.limits = model->limits;
+  arm.named["home"] = all(0.0);
+  return arm;
+}
+
+/// Through four random points with a share of the limits, sampled each 0.1 s with velocities.
+TimedTrajectory random_time_optimal(const JointLimits& limits, double share, std::uint64_t seed, Trajectory& exact) {
+  Random random(seed);
+  std::vector<Eigen::VectorXd> points;
+  for (int i = 0; i < 4; ++i)
+    points.emplace_back(Eigen::VectorXd::NullaryExpr(6, [&] { return random.uniform(-1.5, 1.5); }));
+  exact = time_optimal(blended(points, [](const auto&, const auto&, const auto&) { return true; }, {0.1, 6}),
+                       {share * limits.velocity, share * limits.acceleration});
+  TimedTrajectory trajectory;
+  const int count = static_cast<int>(std::ceil(exact.duration() / 0.1));
+  for (int i = 0; i <= count; ++i) {
+    const double time = i == count ? exact.duration() : 0.1 * i;
+    const auto point = exact.at(time);
+    trajectory.points.push_back({time, JointVector(point.q), JointVector(point.qd), {}});
+  }
+  trajectory.points.back().qd.setZero();
+  return trajectory;
+}
+
+TEST(TrajectoryTracking, FollowsTimeOptimalTrajectoriesOfSixJoints) {
+  const Arm arm = six_joints();
+  for (const double share : {0.1, 0.3, 0.6, 1.0}) {
+    double worst = 0.0;
+    double longest = 0.0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      Trajectory exact;
+      const TimedTrajectory trajectory = random_time_optimal(arm.limits, share, seed, exact);
+      ArmController controller(CellGeometry({arm}, 0), LocalParameters{}, kPeriod, 3);
+      controller.set_goal(trajectory.end(), std::make_shared<const TimedTrajectory>(trajectory));
+      MeasuredState measured{trajectory.points[0].q, JointVector(JointVector::Zero(6))};
+      const std::vector<ArmObservation> arms(1);
+      double time = 0.0;
+      for (bool reached = false; !reached && time < 2.0 * exact.duration();) {
+        const TickResult result = controller.step(measured, arms, {}, false);
+        measured = {result.q, result.qd};
+        time += kPeriod;
+        reached = result.status == TickStatus::kReached;
+        worst = std::max(worst, (exact.at(time).q - result.q).cwiseAbs().maxCoeff());
+      }
+      longest = std::max(longest, time / exact.duration());
+    }
+    std::cout << "share " << share << ": error " << 1e3 * worst << " mrad, duration x" << longest << "\n";
+    if (share < 1.0) {
+      EXPECT_LT(worst, 2e-3);
+    }
+    EXPECT_LT(longest, share < 1.0 ? 1.01 : 1.1);
+  }
 }
 
 // Two points demand a jump of the velocity, which no arm can make.
