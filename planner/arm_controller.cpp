@@ -12,6 +12,15 @@ namespace {
 
 /// Beyond this tracking error the drive does not follow its set-points [rad | m].
 constexpr double kLostTrack = 0.05;
+/// An arm that waits this long on a trajectory without path tolerance goes around what blocks it [s].
+constexpr double kLongestWait = 2.0;
+/// It goes to a point this much later [s] and this far away [rad | m], or to the end. After kAroundTimeout without
+/// arrival it tries twice the time.
+constexpr double kFirstAhead = 1.0;
+constexpr double kLeastAround = 0.3;
+constexpr double kAroundTimeout = 8.0;
+/// It follows the trajectory again when each joint is within this of that point [rad | m].
+constexpr double kRejoins = 0.05;
 
 }  // namespace
 
@@ -32,8 +41,15 @@ void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
   scratch_.rebuild(geometry_);
 }
 
-void ArmController::set_goal(const JointVector& q_goal) {
+void ArmController::set_goal(const JointVector& q_goal, std::shared_ptr<const TimedTrajectory> trajectory,
+                             double time) {
   goal_ = q_goal;
+  memory_.local.tracking = {};
+  aside_ = {};
+  if (trajectory) {
+    memory_.local.tracking = {std::move(trajectory), TrackingPhase::kFollows, time, 0.0, false, {}};
+    memory_.local.detour = {};
+  }
   follow({});
   goal_progress_.restart();
   // The same goal counts as new if the arm has reached it before and then gave way.
@@ -42,11 +58,12 @@ void ArmController::set_goal(const JointVector& q_goal) {
 
 void ArmController::cancel_goal() {
   goal_.reset();
+  memory_.local.tracking = {};
   follow({});
 }
 
 void ArmController::begin(const Manoeuvre& manoeuvre) {
-  if (aim_ || (route_.under_way() && manoeuvre.kind != ManoeuvreKind::kEvade)) return;
+  if (aim_ || ((route_.under_way() || tracks()) && manoeuvre.kind != ManoeuvreKind::kEvade)) return;
   planner::begin(manoeuvre, memory_.local);
 }
 
@@ -66,6 +83,66 @@ void ArmController::leave_coupled_plan() {
   if (!aim_) return;
   aim_.reset();
   memory_.local.detour = {};
+}
+
+/// After a pause the arm is not where the trajectory was left.
+void ArmController::resume_trajectory(bool follows, const TickInput& input) {
+  TrajectoryTracking& tracking = memory_.local.tracking;
+  if (!tracks() || input.hold || (follows && tracking.begun && !pauses_)) return;
+  resume_tracking(geometry_.own_arm().limits, input.q, input.qd, tracking);
+}
+
+void ArmController::go_around() {
+  TrajectoryTracking& tracking = memory_.local.tracking;
+  const JointLimits& limits = geometry_.own_arm().limits;
+  const double duration = tracking.trajectory->duration();
+  do {
+    aside_.ahead = std::max(kFirstAhead, 2.0 * aside_.ahead);
+    aside_.rejoin = std::min(duration, tracking.time + aside_.ahead);
+    goal_ = tracking.at(aside_.rejoin).q;
+  } while (aside_.rejoin < duration &&
+           joint_difference(limits, setpoint_->q, *goal_).cwiseAbs().maxCoeff() < kLeastAround);
+  aside_.elapsed = 0.0;
+  tracking.phase = TrackingPhase::kAside;
+  tracking.rate = 0.0;
+  follow({});
+  goal_progress_.restart();
+}
+
+void ArmController::return_to_trajectory(double time) {
+  TrajectoryTracking& tracking = memory_.local.tracking;
+  tracking.phase = TrackingPhase::kFollows;
+  tracking.time = time;
+  tracking.rate = 0.0;
+  goal_ = tracking.trajectory->end();
+  aside_ = {};
+  follow({});
+  goal_progress_.restart();
+  memory_.local.detour = {};
+}
+
+/// After a period in which the arm was free to plan: leaves a blocked trajectory, and joins it again. A planner whose
+/// set-points the drive does not follow, such as a standby, never leaves it.
+void ArmController::follow_trajectory(bool follows, const TickResult& result) {
+  TrajectoryTracking& tracking = memory_.local.tracking;
+  if (!follows) {
+    if (tracking.phase == TrackingPhase::kAside) return_to_trajectory(tracking.time);
+    memory_.local.without_progress = 0.0;
+    return;
+  }
+  if (tracking.follows()) {
+    const bool waits = memory_.local.without_progress > kLongestWait && result.yields_to < 0;
+    if (waits && !tracking.trajectory->has_path_tolerance()) go_around();
+    return;
+  }
+  if (tracking.phase != TrackingPhase::kAside) return;
+  const JointLimits& limits = geometry_.own_arm().limits;
+  aside_.elapsed += progress_period();
+  if (joint_difference(limits, result.q, *goal_).cwiseAbs().maxCoeff() < kRejoins) {
+    return_to_trajectory(aside_.rejoin);
+  } else if (aside_.elapsed > kAroundTimeout && aside_.rejoin < tracking.trajectory->duration()) {
+    go_around();
+  }
 }
 
 /// The point of a coupled plan comes first, then an evasion, then the next point of the route, then the goal.
@@ -93,7 +170,7 @@ void ArmController::describe(MemoryArchive& archive) {
   archive(goal_progress_, route_);
   archive.optional(aim_);
   archive.optional(setpoint_);
-  archive(sent_, ramp_, ordered_speed_, speed_);
+  archive(sent_, ramp_, ordered_speed_, speed_, aside_, pauses_);
 }
 
 void ArmController::skip(double time) {
@@ -139,6 +216,8 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   input.has_goal = goal_.has_value();
   if (goal_) input.q_goal = *goal_;
   if ((input.has_goal || aim_) && !input.hold) select_target(input.q);
+  resume_trajectory(follows, input);
+  const bool tracked = tracks();
   TickResult result = guide_ ? tick_by_guide(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
     result.status = TickStatus::kFollowingPlan;
@@ -147,12 +226,16 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   }
   setpoint_ = MeasuredState{result.q, result.qd};
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
-  if (goal_ && free_to_plan) {
+  pauses_ = !free_to_plan;
+  if (tracked && free_to_plan) {
+    goal_progress_.note_motion(memory_.local.without_progress == 0.0, progress_period());
+  } else if (goal_ && free_to_plan) {
     const JointLimits& limits = geometry_.own_arm().limits;
     goal_progress_.note(
         route_.under_way() ? route_.length(limits, result.q) : joint_difference(limits, result.q, *goal_).norm(),
         progress_period());
   }
+  if (goal_ && free_to_plan && memory_.local.tracking.trajectory) follow_trajectory(follows, result);
   return result;
 }
 

@@ -31,7 +31,9 @@ class ArmController {
   /// The guide of the arm's method; null for methods without one.
   [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
-  void set_goal(const JointVector& q_goal);
+  /// With a `trajectory` to it, the arm follows that from `time` on [s]: it stays on it and waits, and goes around what
+  /// blocks it for long if the trajectory has no path tolerance.
+  void set_goal(const JointVector& q_goal, std::shared_ptr<const TimedTrajectory> trajectory = {}, double time = 0.0);
   /// Removes the goal: the arm brakes, stays where it comes to rest, and gives way.
   void cancel_goal();
   [[nodiscard]] bool has_goal() const { return goal_.has_value(); }
@@ -79,6 +81,8 @@ class ArmController {
   /// Ends follow_coupled_plan().
   void leave_coupled_plan();
 
+  /// The arm follows a trajectory: its goal has one, whose time is not over, and the arm does not go around something.
+  [[nodiscard]] bool tracks() const { return goal_ && memory_.local.tracking.follows(); }
   /// The arm has a goal and has not reached it yet, as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
   /// Progress towards the goal. Periods with status kHolding or kStaleInput do not count.
@@ -86,6 +90,7 @@ class ArmController {
   /// The arm's number in the right of way, to be published.
   [[nodiscard]] std::uint32_t priority() const { return memory_.local.right_of_way.priority; }
 
+  /// While the arm goes around something on its trajectory, the later point to which it goes.
   [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
   /// The last set-point. Precondition: step() was called.
   [[nodiscard]] const MeasuredState& setpoint() const { return *setpoint_; }
@@ -103,6 +108,10 @@ class ArmController {
   TickResult step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
                        TickInput input);
 
+  void resume_trajectory(bool follows, const TickInput& input);
+  void follow_trajectory(bool follows, const TickResult& result);
+  void go_around();
+  void return_to_trajectory(double time);
   void select_target(const JointVector& q);
   [[nodiscard]] TickResult tick_by_guide(TickInput& input);
   void stay_where_guided(const TickInput& input, TickResult& result);
@@ -122,6 +131,16 @@ class ArmController {
   SpeedRamp ramp_;
   double ordered_speed_ = 1.0;
   double speed_ = 1.0;
+  /// An arm that goes around something on its trajectory.
+  struct Aside {
+    double rejoin = 0.0;   ///< time of the trajectory to which it goes [s]
+    double ahead = 0.0;    ///< of that time before the time at which it has left [s]
+    double elapsed = 0.0;  ///< [s]
+
+    void describe(MemoryArchive& archive) { archive(rejoin, ahead, elapsed); }
+  };
+  Aside aside_;
+  bool pauses_ = false;  ///< the last period did not follow the trajectory: hold, or old inputs
 };
 
 }  // namespace hecaton::planner

@@ -73,6 +73,9 @@ class ProgressMonitor {
     }
   }
 
+  /// Notes one period of `dt` [s] on a trajectory, whose distance from its end may grow.
+  void note_motion(bool moves, double dt) { without_progress_ = moves ? 0.0 : without_progress_ + dt; }
+
   /// Time since the distance was last at least 2 % below its previous minimum [s].
   [[nodiscard]] double time_without_progress() const { return without_progress_; }
   /// True after 10 s without progress: there may be no path.

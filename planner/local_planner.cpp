@@ -13,6 +13,8 @@ namespace {
 constexpr double kStillShare = 0.02;
 /// An arm without motion for this long away from its goal reports that it is blocked [s].
 constexpr double kBlockedAfter = 0.5;
+/// An arm on a trajectory makes progress while the time runs at this share of its fastest rate.
+constexpr double kRunningShare = 0.05;
 /// A detour need not end exactly at its way-point [rad | m].
 constexpr double kDetourTolerance = 0.1;
 
@@ -206,8 +208,10 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const JointVector still = JointVector::Zero(input.q.size());
   const JointVector braking = braking_velocity(input.limits, input.qd, input.dt);
   const JointVector& target = memory.detour.active ? memory.detour.q : input.q_goal;
-  const bool at_goal =
-      joint_difference(input.limits, input.q, input.q_goal).cwiseAbs().maxCoeff() < input.parameters.goal_tolerance;
+  TrajectoryTracking& tracking = memory.tracking;
+  const bool tracks = input.has_goal && tracking.follows();
+  const bool at_goal = !tracks && joint_difference(input.limits, input.q, input.q_goal).cwiseAbs().maxCoeff() <
+                                      input.parameters.goal_tolerance;
   const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
   memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
   const RightOfWayInput others{input.parameters, input.arms, input.self,
@@ -220,11 +224,16 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
                                  input.dt,     input.rows, input.scene, input.speed};
   const MethodState state{memory.method, memory.deviation, memory.random, memory.rollout_wait};
   WantedMotion wish;
+  if (tracks) {
+    const bool waits = yields || memory.detour.active;
+    wish.velocity = track(input.limits, input.q, input.qd, input.dt, input.speed, waits, tracking);
+    if (tracking.time >= tracking.trajectory->duration()) tracking.phase = TrackingPhase::kDone;
+  }
   if (yields) {
     wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
-  } else if (input.has_goal) {
+  } else if (input.has_goal && (!tracks || memory.detour.active)) {
     wish = method.want(method_input, state);
-  } else {
+  } else if (!tracks) {
     wish.velocity = goal_velocity(input.limits, input.q, target, input.dt);
   }
   const JointVector& wanted = wish.velocity;
@@ -238,7 +247,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   result.detouring = memory.detour.active;
   if (memory.detour.active) {
     update_detour(input, intended.x, wanted, memory.detour);
-  } else if (!at_goal && !yields) {
+  } else if (!at_goal && !yields && !tracks) {
     const ConstrainedMotion constrained{wanted, intended.x, bounds, strongest_row(intended), memory.right_of_way.leads};
     const Redirection redirection = method.redirect(method_input, constrained, state);
     result.awaiting_rollout = redirection.awaiting_rollout;
@@ -253,7 +262,8 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
 
   command(input, {intended.x, intention_relaxed, bounds, braking}, problem, memory, result);
 
-  const bool moves = result.qd.norm() > kStillShare * input.limits.velocity.norm();
+  const bool runs = tracks && tracking.rate > kRunningShare * input.speed;
+  const bool moves = runs || result.qd.norm() > kStillShare * input.limits.velocity.norm();
   const bool waits = memory.detour.active && memory.detour.stays;
   memory.without_progress = moves || at_goal || waits ? 0.0 : memory.without_progress + input.dt;
   result.blocked = memory.without_progress > kBlockedAfter;

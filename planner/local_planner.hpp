@@ -8,6 +8,7 @@
 
 #include "planner/local/parameters.hpp"
 #include "planner/local/right_of_way.hpp"
+#include "planner/local/trajectory_tracking.hpp"
 #include "planner/methods/motion_method.hpp"
 #include "planner/model/limits.hpp"
 #include "planner/qp/dense_qp.hpp"
@@ -75,13 +76,15 @@ struct LocalMemory {
   double without_progress = 0;  ///< time since the arm last moved noticeably [s]
   Detour detour;
   RightOfWay right_of_way;
-  double rollout_wait = 0.0;  ///< remaining time that a blocked arm waits for a rollout before it deviates [s]
+  double rollout_wait = 0.0;    ///< remaining time that a blocked arm waits for a rollout before it deviates [s]
+  TrajectoryTracking tracking;  ///< of a goal with a trajectory
 
   /// `of_arm`: prepares `method` before it is loaded.
   void describe(MemoryArchive& archive, const MotionMethod& of_arm) {
     archive(random);
     method.describe(archive, [&] { of_arm.prepare(method); });
-    archive(deviation, intended, followed, commanded, q_goal, without_progress, detour, right_of_way, rollout_wait);
+    archive(deviation, intended, followed, commanded, q_goal, without_progress, detour, right_of_way, rollout_wait,
+            tracking);
   }
 };
 

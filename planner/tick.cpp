@@ -211,7 +211,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
     result.has_binding = found != clearances.end();
     if (result.has_binding) result.binding = *found;
   }
-  const bool at_goal = input.has_goal &&
+  const bool at_goal = input.has_goal && !memory.local.tracking.follows() &&
                        joint_difference(limits, input.q, q_goal).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
                        input.qd.cwiseAbs().maxCoeff() < 10.0 * parameters.goal_tolerance;
   result.status = !input.has_goal        ? TickStatus::kIdle

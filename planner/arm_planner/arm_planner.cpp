@@ -14,7 +14,8 @@ void ArmPlanner::receive(const PeriodEvents& events) {
   if (events.missed > 0.0) controller_.skip(events.missed);
   if (events.drops_setpoint) controller_.forget_setpoint();
   if (events.obstacles) controller_.set_obstacles(*events.obstacles);
-  if (events.goal && events.goal->q_goal) controller_.set_goal(*events.goal->q_goal);
+  if (events.goal && events.goal->q_goal)
+    controller_.set_goal(*events.goal->q_goal, events.goal->trajectory, events.goal->trajectory_time);
   if (events.goal && !events.goal->q_goal) controller_.cancel_goal();
   for (const RangeScan& scan : events.scans) controller_.sense(scan);
 }

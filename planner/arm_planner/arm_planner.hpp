@@ -32,6 +32,9 @@ struct ArmPlannerOptions {
 struct GoalChange {
   /// New goal [rad | m]; empty: the arm brakes, stays where it comes to rest, and gives way.
   std::optional<JointVector> q_goal = {};
+  /// To q_goal, which is its end; null: the planner chooses the motion.
+  std::shared_ptr<const TimedTrajectory> trajectory = {};
+  double trajectory_time = 0.0;  ///< from which the arm follows it [s]; above 0 when another planner has begun it
 };
 
 /// Events since the last period.

@@ -135,7 +135,8 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   const bool blocked = result.status == TickStatus::kFollowingBoundary || result.status == TickStatus::kDetouring ||
                        result.status == TickStatus::kBlocked ||
                        (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
-  const bool trouble = blocked && !controller.route().under_way();  // on a route, RoutePolicy reacts instead
+  // On a route, RoutePolicy reacts instead; on a trajectory the arm waits.
+  const bool trouble = blocked && !controller.route().under_way() && !controller.tracks();
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_lookahead_ += dt;

@@ -58,7 +58,7 @@ std::optional<RouteQuestion> MultiArmCoordinator::next(const ArmController& cont
   }
   choose_plan(controller, arms);
   if (participating()) advance(controller, arms, dt);
-  if (participating() || open_ || !controller.under_way()) return std::nullopt;
+  if (participating() || open_ || !controller.under_way() || controller.tracks()) return std::nullopt;
   const double stalled_for = controller.goal_progress().time_without_progress();
   if (stalled_for < stall_timeout_) interval_ = stall_timeout_;
   if (stalled_for < stall_timeout_ || since_answer_ < interval_ || !controller.memory().right_of_way.leads)
@@ -151,7 +151,7 @@ void MultiArmCoordinator::withdraw() {
 bool MultiArmCoordinator::can_join(const CoupledPlan& plan, const ArmController& controller) const {
   const int self = controller.geometry().self();
   const auto found = std::find(plan.arms.begin(), plan.arms.end(), self);
-  if (found == plan.arms.end() || plan.points.empty()) return false;
+  if (found == plan.arms.end() || plan.points.empty() || controller.tracks()) return false;
   const auto index = static_cast<std::size_t>(found - plan.arms.begin());
   for (const auto& point : plan.points) {
     const bool valid = point.size() == plan.arms.size() && point[index].size() == controller.setpoint().q.size();

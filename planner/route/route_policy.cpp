@@ -59,7 +59,7 @@ RoutePolicy::Next RoutePolicy::next(const ArmController& controller, const TickR
   since_answer_ += dt;
   const bool free_to_plan = result.status != TickStatus::kHolding && result.status != TickStatus::kStaleInput;
   const Route& route = controller.route();
-  if (!controller.under_way() || !free_to_plan) return next;
+  if (!controller.under_way() || !free_to_plan || controller.tracks()) return next;
   if (route.under_way()) {
     const double left = route.length(controller.geometry().own_arm().limits, controller.setpoint().q);
     const bool nearer = !on_route_ || left < kProgressFactor * nearest_;

@@ -184,6 +184,15 @@ constexpr std::array kToolGoalFields{nested("X_WT", kPose), choice("free_rotatio
                                      number("position_tolerance", 0.0, kLargestPosition),
                                      number("orientation_tolerance", 0.0, 10.0)};
 constexpr StructRule kToolGoal{"ToolGoal", kToolGoalFields};
+constexpr std::uint32_t kMostTrajectoryPoints = 4096;
+constexpr std::uint32_t kMostTrajectoryValues = 32768;  ///< of each kind: the sample stays below kLarge
+constexpr std::array kTrajectoryFields{
+    FieldRule{.name = "time", .kind = kDoubles, .low = 0.0, .high = kLongestTime, .most = kMostTrajectoryPoints},
+    positions("q", kMostTrajectoryValues), velocities("qd", kMostTrajectoryValues),
+    positions("qdd", kMostTrajectoryValues),
+    FieldRule{
+        .name = "path_tolerance", .kind = kDoubles, .low = 0.0, .high = kLargestPosition, .most = msg::MAX_JOINTS}};
+constexpr StructRule kTrajectory{"TimedTrajectory", kTrajectoryFields};
 constexpr std::array kGoalFields{kSchema,
                                  name_of("arm"),
                                  name_of("goal"),
@@ -191,10 +200,11 @@ constexpr std::array kGoalFields{kSchema,
                                  stamp("stamp_ns"),
                                  name_of("client"),
                                  boolean("cancel"),
-                                 choice("kind", msg::GoalKind::GOAL_POSE),
+                                 choice("kind", msg::GoalKind::GOAL_TRAJECTORY),
                                  positions("q", msg::MAX_JOINTS),
                                  name_of("named"),
                                  nested("tool", kToolGoal),
+                                 nested("trajectory", kTrajectory),
                                  time("time_limit")};
 constexpr StructRule kGoal{"Goal", kGoalFields};
 constexpr std::array kGoalStatusFields{kSchema,
@@ -223,7 +233,9 @@ constexpr std::array kGoalStatusFields{kSchema,
                                        boolean("has_nearest"),
                                        nested("X_WT_nearest", kPose),
                                        position("nearest_angle"),
-                                       positions("q_goal", msg::MAX_JOINTS)};
+                                       positions("q_goal", msg::MAX_JOINTS),
+                                       time("trajectory_time"),
+                                       number("trajectory_rate", 0.0, 1.0)};
 constexpr StructRule kGoalStatus{"GoalStatus", kGoalStatusFields};
 constexpr std::array kCoupledPlanFields{
     kSchema,          name_of("arm"),           stamp("stamp_ns"),     name_of("node"),
@@ -482,6 +494,8 @@ constexpr std::array kPlannerTickFields{
     positions("obstacle_frames", 1U << 18U),
     boolean("changes_goal"),
     positions("q_goal", msg::MAX_JOINTS),
+    list("trajectory", kTrajectory, kFew),
+    time("trajectory_time"),
     list("scans", kTickScan, 4096),
     boolean("planned"),
     nested("own", kTickFeedback),
@@ -574,7 +588,7 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kEditReply, kSmall, 5000},
                             TopicRule{kRangeScan, kLarge, 50000},
                             TopicRule{kContactReport, kLarge, 1000},
-                            TopicRule{kGoal, kSmall, 5000},
+                            TopicRule{kGoal, kLarge, 5000},
                             TopicRule{kGoalStatus, kSmall, 5000},
                             TopicRule{kCoupledPlan, kLargest, 1000},
                             TopicRule{kCoupledPlanProgress, kSmall, 5000},

@@ -200,6 +200,12 @@ Goal Arm::go_to(const Pose& tool, const GoalOptions& options) const {
   return {connection_, connection_->send(std::move(goal))};
 }
 
+Goal Arm::follow(const Trajectory& trajectory, const GoalOptions& options) const {
+  msg::Goal goal = goal_for(name_, msg::GoalKind::GOAL_TRAJECTORY, options);
+  goal.trajectory(client::to_message(trajectory));
+  return {connection_, connection_->send(std::move(goal))};
+}
+
 ArmState Arm::state(const Wait& wait) const {
   const auto heard = connection_->arm_state(name_, wait);
   if (heard) return client::to_public(heard->value, heard->age);

@@ -126,6 +126,57 @@ Cause to_public(const msg::Cause& cause) {
   return {same<CauseKind>(cause.kind()), cause.subject(), cause.text()};
 }
 
+msg::TimedTrajectory to_message(const Trajectory& trajectory) {
+  constexpr std::size_t kMostPoints = 4096;
+  constexpr std::size_t kMostValues = 32768;
+  const auto& points = trajectory.points;
+  if (points.empty() || points.size() > kMostPoints || points.size() * points[0].q.size() > kMostValues) {
+    throw InvalidArgument("a trajectory of " + std::to_string(points.size()) + " points must have 1 to " +
+                          std::to_string(kMostPoints) + ", and points times joints at most " +
+                          std::to_string(kMostValues));
+  }
+  const TrajectoryPoint& first = points.front();
+  msg::TimedTrajectory message;
+  // Readers refuse a sample with a greater number, so that its goal would never be answered.
+  constexpr double kMost = 1e6;
+  constexpr double kMostVelocity = 1e4;
+  const auto append = [](std::size_t index, const char* name, const std::vector<double>& values, std::size_t size,
+                         double most, std::vector<double>& field) {
+    const std::string where = "points[" + std::to_string(index) + "]." + name;
+    if (values.size() != size) {
+      throw InvalidArgument(where + " has " + std::to_string(values.size()) + " values, but must have " +
+                            std::to_string(size));
+    }
+    for (const double value : values) {
+      if (std::abs(value) <= most) continue;
+      throw InvalidArgument(where + " = " + std::to_string(value) + " must be at most " + std::to_string(most));
+    }
+    field.insert(field.end(), values.begin(), values.end());
+  };
+  if (first.q.size() > msg::MAX_JOINTS) {
+    throw InvalidArgument("points[0].q has " + std::to_string(first.q.size()) + " values, but must have at most " +
+                          std::to_string(msg::MAX_JOINTS));
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double time = points[i].time.count();
+    if (!std::isfinite(time) || time < 0.0 || (i > 0 && time <= points[i - 1].time.count())) {
+      throw InvalidArgument("points[" + std::to_string(i) + "].time = " + std::to_string(time) +
+                            " s must be 0 or above, and above that of the point before");
+    }
+    message.time().push_back(time);
+    append(i, "q", points[i].q, first.q.size(), kMost, message.q());
+    append(i, "qd", points[i].qd, first.qd.empty() ? 0 : first.q.size(), kMostVelocity, message.qd());
+    append(i, "qdd", points[i].qdd, first.qdd.empty() ? 0 : first.q.size(), kMost, message.qdd());
+  }
+  if (!trajectory.path_tolerance.empty()) {
+    append(0, "path_tolerance", trajectory.path_tolerance, first.q.size(), kMost, message.path_tolerance());
+    for (const double tolerance : trajectory.path_tolerance) {
+      if (tolerance < 0.0) throw InvalidArgument("path_tolerance must be 0 (none) or above");
+    }
+  }
+  return message;
+}
+
 Progress to_public(const msg::GoalStatus& status) {
   Progress progress;
   progress.arm = status.arm();
@@ -142,6 +193,8 @@ Progress to_public(const msg::GoalStatus& status) {
   progress.q_goal = status.q_goal();
   progress.planner = status.node();
   progress.note = status.note();
+  if (status.trajectory_time() >= 0.0) progress.trajectory_time = Seconds(status.trajectory_time());
+  progress.trajectory_rate = status.trajectory_rate();
   if (status.has_tool() && status.position_error() >= 0.0) {
     progress.tool_error = {status.position_error(), status.orientation_error()};
   }

@@ -1,6 +1,9 @@
 #include "services/messages/convert.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "services/messages/checks.hpp"
 
@@ -132,6 +135,73 @@ Converted<planner::ToolGoal> from_message(const msg::ToolGoal& goal, const std::
                planner::kMostOrientationTolerance, value.orientation_tolerance);
   if (!error.empty()) return {{}, error};
   return {value, {}};
+}
+
+msg::TimedTrajectory to_message(const planner::TimedTrajectory& trajectory) {
+  msg::TimedTrajectory message;
+  const auto append = [](const planner::JointVector& values, std::vector<double>& field) {
+    field.insert(field.end(), values.begin(), values.end());
+  };
+  const auto& points = trajectory.points;
+  const auto all_have = [&](auto member) {
+    return std::all_of(points.begin(), points.end(), [&](const auto& point) { return (point.*member).size() > 0; });
+  };
+  const bool qd = all_have(&planner::TimedPoint::qd);
+  const bool qdd = qd && all_have(&planner::TimedPoint::qdd);
+  for (const planner::TimedPoint& point : points) {
+    message.time().push_back(point.time);
+    append(point.q, message.q());
+    if (qd) append(point.qd, message.qd());
+    if (qdd) append(point.qdd, message.qdd());
+  }
+  for (const double tolerance : trajectory.path_tolerance) {
+    message.path_tolerance().push_back(std::isfinite(tolerance) ? tolerance : 0.0);
+  }
+  return message;
+}
+
+Converted<planner::TimedTrajectory> from_message(const msg::TimedTrajectory& trajectory, const std::string& what,
+                                                 int joints) {
+  const std::size_t points = trajectory.time().size();
+  const auto size = static_cast<std::size_t>(joints);
+  const auto wrong = [&](const char* field, std::size_t has, const std::string& must) {
+    return Converted<planner::TimedTrajectory>{
+        {}, what + "." + field + " has " + std::to_string(has) + " values, but must have " + must};
+  };
+  if (points == 0 || points > planner::TimedTrajectory::kMostPoints) {
+    return wrong("time", points, "1 to " + std::to_string(planner::TimedTrajectory::kMostPoints));
+  }
+  const std::string each = std::to_string(points * size);
+  if (trajectory.q().size() != points * size) return wrong("q", trajectory.q().size(), each);
+  const auto optional = [&](const std::vector<double>& field) {
+    return field.empty() || field.size() == points * size;
+  };
+  if (!optional(trajectory.qd())) return wrong("qd", trajectory.qd().size(), "0 or " + each);
+  if (!optional(trajectory.qdd())) return wrong("qdd", trajectory.qdd().size(), "0 or " + each);
+  const std::vector<double>& tolerance = trajectory.path_tolerance();
+  if (!tolerance.empty() && tolerance.size() != size) {
+    return wrong("path_tolerance", tolerance.size(), "0 or " + std::to_string(size));
+  }
+  planner::TimedTrajectory value;
+  const auto part = [&](const std::vector<double>& field, std::size_t point) -> planner::JointVector {
+    if (field.empty()) return {};
+    return Eigen::Map<const Eigen::VectorXd>(&field[point * size], joints);
+  };
+  for (std::size_t i = 0; i < points; ++i) {
+    value.points.push_back(
+        {trajectory.time()[i], part(trajectory.q(), i), part(trajectory.qd(), i), part(trajectory.qdd(), i)});
+  }
+  value.path_tolerance.resize(static_cast<Eigen::Index>(tolerance.size()));
+  for (std::size_t j = 0; j < tolerance.size(); ++j) {
+    if (!std::isfinite(tolerance[j]) || tolerance[j] < 0.0) {
+      return {{},
+              what + ".path_tolerance[" + std::to_string(j) + "] = " + std::to_string(tolerance[j]) +
+                  " must be 0 (none) or above"};
+    }
+    value.path_tolerance[static_cast<Eigen::Index>(j)] =
+        tolerance[j] > 0.0 ? tolerance[j] : std::numeric_limits<double>::infinity();
+  }
+  return {std::move(value), {}};
 }
 
 Converted<world::Twist> from_message(const msg::Twist& twist, const std::string& what) {

@@ -17,6 +17,7 @@
 #include "planner/model/limits.hpp"
 #include "planner/model/range_sensor.hpp"
 #include "planner/model/tool_goal.hpp"
+#include "planner/trajectory/timed_trajectory.hpp"
 #include "world/model/scene.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -40,6 +41,7 @@ void to_message(const planner::JointVector& q, std::vector<double>& field);
 [[nodiscard]] msg::Pose to_message(const world::Pose& pose);
 [[nodiscard]] msg::Twist to_message(const world::Twist& twist);
 [[nodiscard]] msg::ToolGoal to_message(const planner::ToolGoal& goal);
+[[nodiscard]] msg::TimedTrajectory to_message(const planner::TimedTrajectory& trajectory);
 [[nodiscard]] msg::PlacedShape to_message(const world::PlacedShape& shape);
 [[nodiscard]] msg::Motion to_message(const world::Motion& motion);
 [[nodiscard]] msg::Obstacle to_message(const world::Obstacle& obstacle);
@@ -74,6 +76,9 @@ Converted<Eigen::Vector3d> from_message(const msg::Vec3& vector, const std::stri
 Converted<world::Pose> from_message(const msg::Pose& pose, const std::string& what);
 /// Tolerances of 0 become the defaults.
 Converted<planner::ToolGoal> from_message(const msg::ToolGoal& goal, const std::string& what);
+/// Checks sizes and times; planner::objection() checks it against an arm.
+Converted<planner::TimedTrajectory> from_message(const msg::TimedTrajectory& trajectory, const std::string& what,
+                                                 int joints);
 Converted<world::Twist> from_message(const msg::Twist& twist, const std::string& what);
 Converted<world::PlacedShape> from_message(const msg::PlacedShape& shape, const std::string& what);
 Converted<world::Motion> from_message(const msg::Motion& motion, const std::string& what);

@@ -58,6 +58,29 @@ std::string what_binds(const Progress& progress) {
   return ": " + progress.binding_own + " – " + progress.binding_other + ", " + distance;
 }
 
+constexpr double kNextTime = 0.5;  ///< of the point of a trajectory that other arms expect the arm at next [s]
+
+/// The progress on a trajectory; empty: the arm has not begun one.
+std::optional<Progress::Trajectory> on_trajectory(const planner::ArmController& controller,
+                                                  const planner::JointVector& q, bool commands,
+                                                  const Progress& progress) {
+  const planner::TrajectoryTracking& tracking = controller.memory().tracking;
+  if (!controller.goal() || !tracking.trajectory || !tracking.begun) return std::nullopt;
+  Progress::Trajectory on{tracking.time, tracking.rate, *controller.goal()};
+  if (tracking.follows()) on.q_next = tracking.at(tracking.time + kNextTime).q;
+  const planner::Arm& arm = controller.geometry().own_arm();
+  const int joint = commands ? planner::outside_path_tolerance(arm.limits, q, tracking) : -1;
+  if (joint >= 0) {
+    const std::string& name = arm.model->joint_names[static_cast<std::size_t>(joint)];
+    char tolerance[32];
+    std::snprintf(tolerance, sizeof tolerance, "%.4g", tracking.trajectory->path_tolerance[joint]);
+    const std::string why = is_none(progress.cause) ? what_binds(progress) : ": " + progress.cause.text();
+    on.left = make_cause(CauseKind::CAUSE_PATH_TOLERANCE, name,
+                         "joint " + name + " is outside its path tolerance of " + tolerance + why);
+  }
+  return on;
+}
+
 std::string subspaces(int drawn) {
   return drawn <= 0 ? "" : ", in subspace " + std::to_string(drawn);
 }
@@ -203,6 +226,17 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     if (period.hold) progress.cause = *period.hold;
     progress.recovery_action = "waits for the driver";
     progress.held_back = true;
+  }
+  if (period.planned) {
+    const planner::TrajectoryTracking& tracking = controller.memory().tracking;
+    if (tracking.follows() && progress.state == msg::GoalState::GOAL_ACTIVE &&
+        period.planned->result.status == planner::TickStatus::kMoving) {
+      progress.recovery_action = "follows the trajectory as far as constraints allow";
+    }
+    if (tracking.follows() && period.planned->result.status == planner::TickStatus::kBlocked) {
+      progress.recovery_action = "waits on its trajectory";
+    }
+    progress.trajectory = on_trajectory(controller, period.planned->q, period.commands, progress);
   }
   progress.priority = controller.priority();
   if (progress.state == msg::GoalState::GOAL_ACTIVE && starved_ > kBlockedAfter) {

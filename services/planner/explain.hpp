@@ -46,6 +46,7 @@ class ProgressReporter {
     const std::optional<msg::Cause>& hold;
     const planner::JointVector* q_goal = nullptr;  ///< of the active goal; null: there is none
     const planner::ToolGoal* tool = nullptr;       ///< of the active goal; null: it is no pose goal
+    bool commands = true;                          ///< this planner is in charge: it ends a goal whose path is left
   };
   /// Call it once per control period. Empty without an active goal.
   [[nodiscard]] std::optional<Progress> report(const Period& period);

@@ -52,6 +52,7 @@ struct GoalCheckpoint::Slot {
   std::uint64_t sequence_number;
   double time_limit;
   double elapsed;
+  double trajectory_time;
   std::array<double, planner::kMaxJoints> q_goal;
   std::uint64_t has_tool;
   std::uint64_t free_rotation;
@@ -73,6 +74,7 @@ struct GoalCheckpoint::Slot {
                            std::all_of(ended.begin(), ended.end(), [](const Name& name) { return name.back() == 0; });
     return number > 0 && layout == layout_of(joints) && names_end && results <= GoalSnapshot::kResults &&
            handled <= GoalSnapshot::kHandled && std::isfinite(elapsed) && std::isfinite(time_limit) &&
+           std::isfinite(trajectory_time) &&
            std::all_of(q_goal.begin(), q_goal.begin() + joints, [](double q) { return std::isfinite(q); }) &&
            free_rotation <= static_cast<std::uint64_t>(planner::FreeRotation::kAll) &&
            std::all_of(X_WT.begin(), X_WT.end(), [](double value) { return std::isfinite(value); }) &&
@@ -104,6 +106,7 @@ std::optional<GoalCheckpoint::Saved> GoalCheckpoint::load() const {
     what.snapshot.active = GoalSnapshot::Active{
         slot->goal.data(), slot->client.data(), slot->sequence_number,
         slot->time_limit,  slot->elapsed,       Eigen::Map<const Eigen::VectorXd>(slot->q_goal.data(), joints_)};
+    what.snapshot.active->trajectory_time = slot->trajectory_time;
     if (slot->has_tool != 0) {
       planner::ToolGoal& tool = what.snapshot.active->tool.emplace();
       tool.X_WT.matrix() = Eigen::Map<const Eigen::Matrix4d>(slot->X_WT.data());
@@ -139,6 +142,7 @@ void GoalCheckpoint::save(const Saved& what) {
   slot.sequence_number = active.sequence_number;
   slot.time_limit = active.time_limit;
   slot.elapsed = active.elapsed;
+  slot.trajectory_time = active.trajectory_time;
   std::copy(active.q_goal.begin(), active.q_goal.end(), slot.q_goal.begin());
   const planner::ToolGoal tool = active.tool.value_or(planner::ToolGoal{});
   slot.has_tool = active.tool ? 1 : 0;

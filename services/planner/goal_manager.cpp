@@ -13,6 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kStatusPeriod = 100ms;                        // of an active goal
+constexpr auto kTrajectoryTime = 10s;                        // for a client to send the trajectory of its goal again
 constexpr auto kFreeTime = 500ms;                            // of free motion after which an arm is not held back
 constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals, to recognise repetitions
 
@@ -49,7 +50,12 @@ bool GoalManager::handled_before(const msg::Goal& goal) {
 }
 
 void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
-  if (goal.arm() != arm_ || handled_before(goal)) return;
+  if (goal.arm() != arm_) return;
+  if (awaits_trajectory() && active_->goal.goal() == goal.goal() && !goal.cancel()) {
+    (void)handled_before(goal);
+    return take_trajectory(goal);
+  }
+  if (handled_before(goal)) return;
   if (active_ && active_->followed && active_->goal.goal() == goal.goal() && !goal.cancel()) {
     active_->goal = goal;  // now its client is known
     active_->followed = false;
@@ -142,7 +148,9 @@ bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
                   .state = msg::GoalState::GOAL_ACCEPTED,
                   .last = {},
                   .tool = answer.tool,
-                  .note = answer.note});
+                  .note = answer.note,
+                  .trajectory = answer.trajectory,
+                  .trajectory_time = answer.trajectory ? 0.0 : -1.0});
   add_active_status(msg::GoalState::GOAL_ACCEPTED, {}, now);
   return true;
 }
@@ -153,6 +161,9 @@ bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
     active_.reset();
     if (status.state() != msg::GoalState::GOAL_REACHED) change_ = planner::GoalChange{};
     return false;
+  }
+  if (active_ && active_->goal.goal() == status.goal()) {
+    active_->trajectory_time = std::max(active_->trajectory_time, status.trajectory_time());
   }
   if (status.q_goal().empty() || knows(status.goal())) return false;
   const auto q_goal = Eigen::Map<const Eigen::VectorXd>(status.q_goal().data(), std::ssize(status.q_goal()));
@@ -172,7 +183,8 @@ bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
                   .last = {},
                   .followed = true,
                   .tool = tool,
-                  .note = status.note()});
+                  .note = status.note(),
+                  .trajectory_time = status.trajectory_time()});
   return true;
 }
 
@@ -186,7 +198,22 @@ void GoalManager::activate(Active active) {
   activated_.push_back(active.goal.goal());
   if (activated_.size() > kRemembered) activated_.pop_front();
   active_ = std::move(active);
-  change_ = planner::GoalChange{active_->q_goal};
+  if (awaits_trajectory()) {
+    change_ = planner::GoalChange{};
+  } else {
+    change_ = planner::GoalChange{active_->q_goal, active_->trajectory, std::max(0.0, active_->trajectory_time)};
+  }
+}
+
+void GoalManager::take_trajectory(const msg::Goal& goal) {
+  const auto joints = static_cast<int>(active_->q_goal.size());
+  auto trajectory = messages::from_message(goal.trajectory(), "goal: trajectory", joints);
+  if (!trajectory) return;  // another planner has accepted it: this does not happen
+  active_->trajectory = std::make_shared<const planner::TimedTrajectory>(std::move(*trajectory.value));
+  active_->q_goal = active_->trajectory->end();
+  active_->goal = goal;
+  active_->followed = false;
+  change_ = planner::GoalChange{active_->q_goal, active_->trajectory, active_->trajectory_time};
 }
 
 GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
@@ -194,8 +221,8 @@ GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
   if (active_) {
     const msg::Goal& goal = active_->goal;
     snapshot.active = GoalSnapshot::Active{
-        goal.goal(),     goal.client(), goal.sequence_number(), goal.time_limit(), seconds(now - active_->since),
-        active_->q_goal, active_->tool};
+        goal.goal(),     goal.client(), goal.sequence_number(),  goal.time_limit(), seconds(now - active_->since),
+        active_->q_goal, active_->tool, active_->trajectory_time};
   }
   snapshot.results.assign(results_.begin(), results_.end());
   std::vector<std::uint64_t> unanswered;
@@ -233,7 +260,8 @@ bool GoalManager::resume(const GoalSnapshot& snapshot, Clock::duration ago, Cloc
                   .state = msg::GoalState::GOAL_ACTIVE,
                   .last = {},
                   .followed = followed,
-                  .tool = active.tool});
+                  .tool = active.tool,
+                  .trajectory_time = active.trajectory_time});
   add_active_status(msg::GoalState::GOAL_ACTIVE, resumed("resumed by a restarted planner"), now);
   return true;
 }
@@ -248,6 +276,21 @@ void GoalManager::progress(const Progress& progress, Clock::time_point now) {
   Active& active = *active_;
   const bool priority_changed = progress.priority != active.last.priority;
   active.last = progress;
+  if (awaits_trajectory()) {
+    active.last.trajectory.reset();
+    if (!active.awaiting_since) active.awaiting_since = now;
+    const auto why = make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {},
+                                "this planner has not received the trajectory of the goal from its client again");
+    if (now - *active.awaiting_since > kTrajectoryTime) return end_active(msg::GoalState::GOAL_CANCELLED, why, now);
+    if (now - active.reported >= kStatusPeriod) add_active_status(msg::GoalState::GOAL_BLOCKED, why, now);
+    return;
+  }
+  if (progress.trajectory) {
+    active.trajectory_time = std::max(active.trajectory_time, progress.trajectory->time);
+    if (!is_none(progress.trajectory->left)) {
+      return end_active(msg::GoalState::GOAL_CANCELLED, msg::Cause(progress.trajectory->left), now);
+    }
+  }
   update_hold(progress.held_back, now);
   if (progress.state == msg::GoalState::GOAL_REACHED) {
     add_active_status(msg::GoalState::GOAL_REACHED, {}, now);
@@ -305,7 +348,10 @@ void GoalManager::add_active_status(msg::GoalState state, const msg::Cause& caus
   status.priority(active.last.priority);
   status.distance_to_goal(active.last.distance);
   status.elapsed(seconds(now - active.since));
-  status.q_goal(messages::to_message(active.q_goal));
+  const bool on_the_way = active.last.trajectory && !is_final(state);
+  status.q_goal(messages::to_message(on_the_way ? active.last.trajectory->q_next : active.q_goal));
+  status.trajectory_time(active.trajectory_time);
+  status.trajectory_rate(active.last.trajectory ? active.last.trajectory->rate : 0.0);
   status.note(active.note);
   status.has_tool(active.tool.has_value());
   if (active.tool) status.tool(messages::to_message(*active.tool));

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -32,6 +33,15 @@ struct Progress {
   std::uint32_t priority = 0;                    ///< in the right of way
   double distance = 0.0;                         ///< ‖q_goal − q‖ [rad | m]
   std::optional<planner::ToolError> tool_error;  ///< measured, of a pose goal
+
+  /// Of a goal with a trajectory that the arm has begun.
+  struct Trajectory {
+    double time = 0.0;            ///< that the arm has come to [s]
+    double rate = 0.0;            ///< of that time, 0 to 1
+    planner::JointVector q_next;  ///< where the arm goes next [rad | m]
+    msg::Cause left = {};         ///< why the goal ends: the arm has left the path
+  };
+  std::optional<Trajectory> trajectory;
 };
 
 /// The goals of an arm, for a planner that continues them: a value without clocks.
@@ -48,6 +58,9 @@ struct GoalSnapshot {
     double elapsed = 0.0;                        ///< since it was accepted [s]
     planner::JointVector q_goal;                 ///< [rad | m]
     std::optional<planner::ToolGoal> tool = {};  ///< of a pose goal
+    /// Of a goal with a trajectory: the time that the arm had come to [s]; else negative. The trajectory itself comes
+    /// from the goal's client again.
+    double trajectory_time = -1.0;
     bool operator==(const Active&) const = default;
   };
   struct Result {
@@ -102,6 +115,10 @@ class GoalManager {
 
   [[nodiscard]] bool has_active() const { return active_.has_value(); }
   [[nodiscard]] const planner::JointVector& q_goal() const { return active_->q_goal; }  ///< of the active goal
+  /// The active goal has a trajectory, which its client has not sent to this planner yet: the arm stands.
+  [[nodiscard]] bool awaits_trajectory() const {
+    return active_ && active_->trajectory_time >= 0.0 && !active_->trajectory;
+  }
   /// Of the active goal; null: it is no pose goal.
   [[nodiscard]] const planner::ToolGoal* tool() const { return active_->tool ? &*active_->tool : nullptr; }
 
@@ -130,6 +147,9 @@ class GoalManager {
     bool followed = false;  ///< known from the planner in charge only, not from its client
     std::optional<planner::ToolGoal> tool = {};
     std::string note = {};
+    std::shared_ptr<const planner::TimedTrajectory> trajectory = {};
+    double trajectory_time = -1.0;  ///< of a goal with a trajectory, as last known [s]; else negative
+    std::optional<Clock::time_point> awaiting_since = {};
     std::optional<Clock::time_point> held_since = {};
     std::optional<Clock::time_point> free_since = {};
   };
@@ -137,6 +157,8 @@ class GoalManager {
   [[nodiscard]] bool handled_before(const msg::Goal& goal);
   [[nodiscard]] bool knows(const std::string& goal) const;
   void activate(Active active);
+  /// Takes the trajectory of the active goal, of which this planner knows only that it has one.
+  void take_trajectory(const msg::Goal& goal);
   void cancel(const std::string& goal, Clock::time_point now);
   /// Updates the time since which the arm is held back. A short free motion does not end it.
   void update_hold(bool held_back, Clock::time_point now);

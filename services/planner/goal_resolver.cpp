@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "planner/goal_check.hpp"
+#include "planner/local/goal_objective.hpp"
 #include "planner/model/arm.hpp"
 #include "services/messages/convert.hpp"
 #include "services/planner/background_thread.hpp"
@@ -86,10 +87,36 @@ GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goa
   return answer;
 }
 
+GoalAnswer trajectory_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
+                           std::span<const world::ObstacleState> obstacles, bool begins) {
+  const planner::Arm& arm = geometry.own_arm();
+  auto converted = messages::from_message(goal.trajectory(), "goal: trajectory", arm.model->joints());
+  if (!converted) return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, converted.error, arm.name);
+  planner::TimedTrajectory& trajectory = *converted.value;
+  if (std::string why = planner::objection(trajectory, arm.limits, arm.model->joint_names); !why.empty()) {
+    return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, std::move(why), arm.name);
+  }
+  const planner::TimedPoint& first = trajectory.points.front();
+  Eigen::Index farthest = 0;
+  const double away = planner::joint_difference(arm.limits, q_now, first.q).cwiseAbs().maxCoeff(&farthest);
+  if (begins && first.time == 0.0 && away > kTrajectoryStart) {
+    const std::string& joint = arm.model->joint_names[static_cast<std::size_t>(farthest)];
+    return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED,
+                    "the trajectory begins " + std::to_string(away) + " from the measured position of joint " + joint +
+                        " (limit " + std::to_string(kTrajectoryStart) + ")",
+                    joint);
+  }
+  GoalAnswer answer = checked(geometry, goal, trajectory.end(), obstacles);
+  if (answer.rejection) return answer;
+  trajectory.points.back().q = answer.q_goal;  // the end may have been moved onto a limit
+  answer.trajectory = std::make_shared<const planner::TimedTrajectory>(std::move(trajectory));
+  return answer;
+}
+
 }  // namespace
 
 GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
-                        std::span<const world::ObstacleState> obstacles) {
+                        std::span<const world::ObstacleState> obstacles, bool begins) {
   if (!std::isfinite(goal.time_limit()) || goal.time_limit() < 0.0) {
     return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED,
                     "goal: time_limit = " + std::to_string(goal.time_limit()) + " must be 0 (none) or above [s]");
@@ -101,6 +128,8 @@ GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& 
       return named_goal(geometry, goal, obstacles);
     case msg::GoalKind::GOAL_POSE:
       return pose_goal(geometry, goal, q_now, obstacles);
+    case msg::GoalKind::GOAL_TRAJECTORY:
+      return trajectory_goal(geometry, goal, q_now, obstacles, begins);
   }
   return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, "goal: unknown kind");
 }
@@ -112,7 +141,13 @@ struct GoalResolver::Impl {
       : geometry(std::move(cell)), thread([this](auto question) {
           const GoalQuestion& asked = question.value();  // each turn has a question
           geometry.set_obstacles(*asked.obstacles);
-          return Thread::Turn{resolve_goal(geometry, asked.goal, asked.q_now, asked.states)};
+          if (asked.goal.kind() == msg::GoalKind::GOAL_TRAJECTORY && !asked.follows_trajectories) {
+            const std::string& arm = geometry.own_arm().name;
+            return Thread::Turn{rejected(asked.goal, CauseKind::CAUSE_GOAL_MALFORMED,
+                                         "the motion method of arm " + arm + " follows no trajectories; send its end",
+                                         arm)};
+          }
+          return Thread::Turn{resolve_goal(geometry, asked.goal, asked.q_now, asked.states, asked.begins)};
         }) {}
 
   planner::CellGeometry geometry;  ///< of the thread alone

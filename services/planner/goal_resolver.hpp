@@ -15,6 +15,7 @@
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/model/inverse_kinematics.hpp"
 #include "planner/model/tool_goal.hpp"
+#include "planner/trajectory/timed_trajectory.hpp"
 #include "services/runtime/progress_watchdog.hpp"
 #include "world/model/snapshot.hpp"
 
@@ -26,15 +27,22 @@ struct GoalQuestion {
   planner::JointVector q_now;  ///< [rad | m]
   planner::SharedObstacles obstacles;
   std::vector<world::ObstacleState> states;  ///< one per obstacle
+  bool follows_trajectories = true;          ///< false: the motion method of the arm cannot
+  bool begins = true;                        ///< false: another planner has begun a trajectory
 };
+
+/// A goal with a trajectory begins at most this far from the measured position [rad | m].
+constexpr double kTrajectoryStart = 0.1;
 
 /// A target configuration, or why the goal is rejected.
 struct GoalAnswer {
   msg::Goal goal;
   planner::JointVector q_goal = {};            ///< [rad | m]; empty if rejected
   std::optional<planner::ToolGoal> tool = {};  ///< of an accepted pose goal
-  std::string note = {};                       ///< what was changed in the goal, for people; empty: nothing
-  std::optional<msg::Cause> rejection = {};    ///< empty: accepted
+  /// Of an accepted goal with a trajectory, whose end is q_goal.
+  std::shared_ptr<const planner::TimedTrajectory> trajectory = {};
+  std::string note = {};                     ///< what was changed in the goal, for people; empty: nothing
+  std::optional<msg::Cause> rejection = {};  ///< empty: accepted
   std::optional<planner::NearestOrientation> nearest = {};  ///< with CAUSE_GOAL_ORIENTATION
 };
 
@@ -42,10 +50,11 @@ struct GoalAnswer {
 /// present poses. A joint that is outside a limit by rounding is moved onto the limit, with a note. Pose goals are
 /// solved by inverse kinematics, first from `q_now` [rad | m] and then from random seeds, until a solution passes the
 /// same check. A solution has the position and the orientation of the goal, within its tolerances and except for its
-/// free rotation, whatever the number of joints. Takes up to 0.2 s.
+/// free rotation, whatever the number of joints. Of a trajectory each point is checked for joint limits, its start for
+/// the distance from `q_now` if it `begins` now, and its end as a joint goal. Takes up to 0.2 s.
 [[nodiscard]] GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                                       const planner::JointVector& q_now,
-                                      std::span<const world::ObstacleState> obstacles);
+                                      std::span<const world::ObstacleState> obstacles, bool begins = true);
 
 /// resolve_goal() in a background thread. All functions are for the thread of the control loop and do not wait, except
 /// the destructor.

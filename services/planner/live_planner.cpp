@@ -77,8 +77,10 @@ std::optional<msg::Cause> LivePlanner::cannot_resolve() const {
   return make_cause(CauseKind::CAUSE_ARM_STATE_OLD, name(), "no state of arm " + name() + " has been received");
 }
 
-GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now) {
+GoalQuestion LivePlanner::question(const msg::Goal& goal, Clock::time_point now, bool begins) {
   GoalQuestion question{goal, own_arm()->q, std::make_shared<const std::vector<world::Obstacle>>(), {}};
+  question.follows_trajectories = planner_.controller().guide() == nullptr;
+  question.begins = begins;
   if (sensor_only_) return question;
   update_scene(now);
   const auto now_states = states(now);

@@ -44,8 +44,9 @@ class LivePlanner {
   [[nodiscard]] std::optional<msg::Cause> hold(Clock::time_point now, const CellModeView& mode) const;
   /// Why goals cannot be resolved yet; empty: they can.
   [[nodiscard]] std::optional<msg::Cause> cannot_resolve() const;
-  /// `goal` with the state that is needed to resolve it. Precondition: cannot_resolve() is empty.
-  [[nodiscard]] GoalQuestion question(const msg::Goal& goal, Clock::time_point now);
+  /// `goal` with the state that is needed to resolve it. `begins`: this planner is in charge. Precondition:
+  /// cannot_resolve() is empty.
+  [[nodiscard]] GoalQuestion question(const msg::Goal& goal, Clock::time_point now, bool begins = true);
 
   struct OldestInput {
     double age = 0.0;  ///< [s]; infinite: none received

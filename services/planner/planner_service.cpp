@@ -225,7 +225,7 @@ void PlannerService::handle_goals(Clock::time_point now) {
   if (const auto cause = planner_.cannot_resolve()) {
     goals_.reject_expired(now, kLongestWait, *cause);
   } else if (const auto goal = goals_.next_to_resolve()) {
-    resolver_.ask(planner_.question(*goal, now));
+    resolver_.ask(planner_.question(*goal, now, failover_.in_charge()));
   }
 }
 
@@ -279,7 +279,8 @@ void PlannerService::plan(Clock::time_point now) {
                                           .planned = reported,
                                           .hold = hold_,
                                           .q_goal = goals_.has_active() ? &goals_.q_goal() : nullptr,
-                                          .tool = goals_.has_active() ? goals_.tool() : nullptr});
+                                          .tool = goals_.has_active() ? goals_.tool() : nullptr,
+                                          .commands = failover_.in_charge()});
   if (progress) goals_.progress(*progress, now);
   planner_.note_reaction(Clock::now() - now);
   publishers_.ticks.publish();  // a recorder makes no command later

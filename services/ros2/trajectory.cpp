@@ -23,11 +23,7 @@ constexpr double kStartTolerance = 0.05;
 constexpr double kRest = 1e-3;
 /// Mean velocities between points may exceed a limit by this factor, for rounded times.
 constexpr double kVelocityRounding = 1.02;
-constexpr std::size_t kMostPoints = 10'000;
-/// The arm gets a joint goal for each kLongestStep of a trajectory, which takes memory [s].
-constexpr double kLongestDuration = 3600.0;
-/// A joint goal counts as passed within this distance, so that the arm does not stop at it [rad | m].
-constexpr double kPassed = 0.03;
+constexpr double kLongestDuration = 3600.0;  // [s]
 
 std::string rounded(double value) {
   std::array<char, 32> text{};
@@ -77,7 +73,7 @@ void check_point(const JointTrajectoryPoint& point, std::size_t index, const std
   }
 }
 
-void check_velocity(const TimedPoint& from, const TimedPoint& to, const planner::Arm& arm) {
+void check_velocity(const planner::TimedPoint& from, const planner::TimedPoint& to, const planner::Arm& arm) {
   for (Eigen::Index j = 0; j < to.q.size(); ++j) {
     const double velocity = std::abs(to.q[j] - from.q[j]) / (to.time - from.time);
     if (velocity <= kVelocityRounding * arm.limits.velocity[j]) continue;
@@ -122,17 +118,22 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
   if (!goal.multi_dof_trajectory.points.empty()) {
     refuse(TrajectoryCode::kInvalidGoal, "multi_dof_trajectory must be empty");
   }
-  if (trajectory.points.empty() || trajectory.points.size() > kMostPoints) {
+  const std::size_t most =
+      std::min(planner::TimedTrajectory::kMostPoints, planner::TimedTrajectory::kMostValues / joints->size());
+  if (trajectory.points.empty() || trajectory.points.size() > most) {
     refuse(TrajectoryCode::kInvalidGoal, "trajectory has " + std::to_string(trajectory.points.size()) +
-                                             " points, but must have 1 to " + std::to_string(kMostPoints));
+                                             " points, but must have 1 to " + std::to_string(most));
   }
   TrajectoryOrder order;
-  order.points.push_back({0.0, q});
+  order.start = q;
+  planner::TimedPoint before{0.0, q, {}, {}};
   for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
     const JointTrajectoryPoint& point = trajectory.points[i];
     check_point(point, i, *joints, arm);
     const double time = seconds_of(point.time_from_start);
-    const TimedPoint next{time, sorted(point.positions, *joints)};
+    planner::TimedPoint next{time, sorted(point.positions, *joints), {}, {}};
+    if (!point.velocities.empty()) next.qd = sorted(point.velocities, *joints);
+    if (!point.accelerations.empty()) next.qdd = sorted(point.accelerations, *joints);
     if (i == 0 && time == 0.0) {
       Eigen::Index farthest = 0;
       const double deviation = (next.q - q).cwiseAbs().maxCoeff(&farthest);
@@ -142,9 +143,10 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
                                                  arm.model->joint_names[static_cast<std::size_t>(farthest)] +
                                                  " (limit " + rounded(kStartTolerance) + ")");
       }
+      order.trajectory.points.push_back(before = std::move(next));
       continue;
     }
-    if (time <= order.points.back().time) {
+    if (time <= before.time) {
       refuse(TrajectoryCode::kInvalidGoal, "trajectory.points[" + std::to_string(i) + "].time_from_start = " +
                                                rounded(time) + " s must be above that of the point before");
     }
@@ -153,8 +155,8 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
                                                "].time_from_start = " + rounded(time) + " s must be at most " +
                                                rounded(kLongestDuration) + " s; send a longer trajectory in parts");
     }
-    check_velocity(order.points.back(), next, arm);
-    order.points.push_back(next);
+    check_velocity(before, next, arm);
+    order.trajectory.points.push_back(before = std::move(next));
   }
   for (const double velocity : trajectory.points.back().velocities) {
     if (std::abs(velocity) > kRest) {
@@ -165,36 +167,18 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
     refuse(TrajectoryCode::kOldStamp,
            "the trajectory of " + rounded(order.duration()) + " s was to begin " + rounded(age) + " s ago");
   }
-  order.path_tolerance = tolerances(goal.path_tolerance, "path_tolerance", arm);
+  order.trajectory.path_tolerance = tolerances(goal.path_tolerance, "path_tolerance", arm);
   order.goal_tolerance = tolerances(goal.goal_tolerance, "goal_tolerance", arm);
   order.goal_time_tolerance = std::max(0.0, seconds_of(goal.goal_time_tolerance));
   return order;
 }
 
-/// Joint goals of a trajectory: all its points, with at least the last of each kLongestStep and no two much closer.
-std::vector<TimedPoint> steps_of(const TrajectoryOrder& order) {
-  constexpr double kStep = TrajectoryFollower::kLongestStep;
-  std::vector<TimedPoint> steps{order.points.front()};
-  const double duration = order.duration();
-  const int count = std::max(1, static_cast<int>(std::ceil(duration / kStep)));
-  for (int i = 1; i <= count; ++i) {
-    const double time = duration * i / count;
-    steps.push_back({time, order.at(time)});
-  }
-  steps.back().q = order.points.back().q;
-  return steps;
-}
-
 }  // namespace
 
-JointVector TrajectoryOrder::at(double time) const {
-  const auto after = std::lower_bound(points.begin(), points.end(), time,
-                                      [](const TimedPoint& point, double value) { return point.time < value; });
-  if (after == points.begin()) return points.front().q;
-  if (after == points.end()) return points.back().q;
-  const auto before = std::prev(after);
-  const double share = (time - before->time) / (after->time - before->time);
-  return before->q + share * (after->q - before->q);
+planner::JointState TrajectoryOrder::at(double time) const {
+  const planner::TimedPoint& first = trajectory.points.front();
+  if (time >= first.time) return trajectory.at(time);
+  return planner::interpolate({0.0, start, {}, {}}, first, time);
 }
 
 std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names, const planner::Arm& arm) {
@@ -222,76 +206,40 @@ std::variant<TrajectoryOrder, TrajectoryRefusal> check_trajectory(const Trajecto
   }
 }
 
-TrajectoryFollower::TrajectoryFollower(TrajectoryOrder order) : order_(std::move(order)), steps_(steps_of(order_)) {}
-
-TrajectoryFollower::Output TrajectoryFollower::end(TrajectoryCode code, std::string text) const {
-  return {std::nullopt, TrajectoryRefusal{code, std::move(text)}};
-}
-
-TrajectoryFollower::Output TrajectoryFollower::send_next() {
-  ++next_;
-  return {steps_[next_].q, std::nullopt};
-}
-
-bool TrajectoryFollower::near_step(const JointVector& q) const {
-  return (q - steps_[next_].q).cwiseAbs().maxCoeff() <= kPassed;
-}
-
-int TrajectoryFollower::outside(const JointVector& q) const {
-  if (next_ == 0) return -1;
-  // The nearest point of the present step and of the one before: the arm may still be between those.
-  JointVector nearest = steps_[next_].q;
-  for (std::size_t i = next_ > 1 ? next_ - 1 : next_; i <= next_; ++i) {
-    const JointVector way = steps_[i].q - steps_[i - 1].q;
-    const double length2 = way.squaredNorm();
-    const double share = length2 > 0.0 ? std::clamp((q - steps_[i - 1].q).dot(way) / length2, 0.0, 1.0) : 0.0;
-    const JointVector candidate = steps_[i - 1].q + share * way;
-    if ((q - candidate).squaredNorm() < (q - nearest).squaredNorm()) nearest = candidate;
-  }
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    if (std::abs(q[j] - nearest[j]) > order_.path_tolerance[j]) return static_cast<int>(j);
-  }
-  return -1;
-}
-
-TrajectoryFollower::Output TrajectoryFollower::update(const Input& input) {
-  if (next_ == 0) return send_next();
+std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) {
+  constexpr double kLongestEstimate = 0.25;  // beyond the last report [s]
   elapsed_ += input.dt;
-  const bool last = next_ + 1 == steps_.size();
+  rate_ = input.rate;
+  reported_ = std::max(reported_, input.time);
+  time_ = std::max({time_, reported_, std::min(time_ + rate_ * input.dt, reported_ + kLongestEstimate)});
+  time_ = std::min(time_, order_.duration());
   const std::string because = input.reason.empty() ? "" : ": " + input.reason;
-  if (input.report == GoalReport::kLost) return end(TrajectoryCode::kInvalidGoal, "the goal was lost" + because);
-  if (input.report == GoalReport::kRejected && last) {
-    return end(TrajectoryCode::kInvalidGoal, "the last point is rejected" + because);
-  }
-  if (const int joint = outside(input.q); joint >= 0) {
-    return end(TrajectoryCode::kPathTolerance, "joint number " + std::to_string(joint + 1) +
-                                                   " is outside its path tolerance of " +
-                                                   rounded(order_.path_tolerance[joint]) + because);
-  }
-  const bool reached = last && input.report == GoalReport::kReached;
-  if (!reached && order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
-    return end(TrajectoryCode::kGoalTolerance,
-               "the goal is not reached " + rounded(order_.goal_time_tolerance) + " s after its time" + because);
-  }
-  const bool passed =
-      input.report == GoalReport::kReached || input.report == GoalReport::kRejected || near_step(input.q);
-  time_ = std::min(time_ + input.dt, passed ? order_.duration() : steps_[next_].time);
-  if (!last) {
-    if (passed && time_ >= steps_[next_].time) return send_next();
-    return {};
-  }
-  if (reached && time_ >= order_.duration()) {
-    for (Eigen::Index j = 0; j < input.q.size(); ++j) {
-      const double error = std::abs(input.q[j] - steps_.back().q[j]);
-      if (error > order_.goal_tolerance[j]) {
-        return end(TrajectoryCode::kGoalTolerance, "joint number " + std::to_string(j + 1) + " ends " + rounded(error) +
-                                                       " from the goal (tolerance " +
-                                                       rounded(order_.goal_tolerance[j]) + ")");
+  const auto end = [&](TrajectoryCode code, std::string text) { return TrajectoryRefusal{code, std::move(text)}; };
+  switch (input.report) {
+    case GoalReport::kLost:
+      return end(TrajectoryCode::kInvalidGoal, "the goal was lost" + because);
+    case GoalReport::kRejected:
+      return end(TrajectoryCode::kInvalidGoal, "the planner rejects the trajectory" + because);
+    case GoalReport::kLeftPath:
+      return end(TrajectoryCode::kPathTolerance, input.reason);
+    case GoalReport::kUnderWay:
+      if (order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
+        return end(TrajectoryCode::kGoalTolerance,
+                   "the goal is not reached " + rounded(order_.goal_time_tolerance) + " s after its time" + because);
       }
-    }
-    return end(TrajectoryCode::kSuccessful, "");
+      return std::nullopt;
+    case GoalReport::kReached:
+      break;
   }
-  return {};
+  for (Eigen::Index j = 0; j < input.q.size(); ++j) {
+    const double error = std::abs(input.q[j] - order_.trajectory.end()[j]);
+    if (error > order_.goal_tolerance[j]) {
+      return end(TrajectoryCode::kGoalTolerance, "joint number " + std::to_string(j + 1) + " ends " + rounded(error) +
+                                                     " from the goal (tolerance " + rounded(order_.goal_tolerance[j]) +
+                                                     ")");
+    }
+  }
+  return end(TrajectoryCode::kSuccessful, "");
 }
 
 }  // namespace hecaton::ros2

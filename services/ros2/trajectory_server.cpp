@@ -1,6 +1,7 @@
 #include "services/ros2/trajectory_server.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "services/runtime/log.hpp"
@@ -162,6 +163,7 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
                          request.goal.trajectory.joint_names, std::nullopt, now});
   services::log_info("trajectory accepted", {{"arm", arm_.name}, {"duration_s", active_->follower.order().duration()}});
   status_.publish(goals_.statuses());
+  send_goal(now);
 }
 
 void TrajectoryServer::take_cancellations() {
@@ -182,7 +184,7 @@ void TrajectoryServer::take_cancellations() {
     };
     if (active_ && wanted(goals_.info(active_->id))) {
       active_->canceling = true;
-      if (active_->step) active_->step->cancel();
+      if (active_->goal) active_->goal->cancel();
       goals_.set_status(active_->id, ActionGoals::kCanceling);
       response.return_code = kCancelAccepted;
       response.goals_canceling.push_back(goals_.info(active_->id));
@@ -217,9 +219,30 @@ void TrajectoryServer::send_results() {
   });
 }
 
-void TrajectoryServer::send_step(const planner::JointVector& q, Clock::time_point now) {
+void TrajectoryServer::send_goal(Clock::time_point now) {
+  const planner::TimedTrajectory& from = active_->follower.order().trajectory;
+  const auto values = [](const planner::JointVector& q) { return std::vector<double>(q.begin(), q.end()); };
+  const auto all_have = [&](auto member) {
+    return std::all_of(from.points.begin(), from.points.end(),
+                       [&](const auto& point) { return (point.*member).size() > 0; });
+  };
+  const bool qd = all_have(&planner::TimedPoint::qd);
+  const bool qdd = qd && all_have(&planner::TimedPoint::qdd);
+  Trajectory trajectory;
+  for (const planner::TimedPoint& point : from.points) {
+    TrajectoryPoint& to = trajectory.points.emplace_back();
+    to.time = Seconds(point.time);
+    to.q = values(point.q);
+    if (qd) to.qd = values(point.qd);
+    if (qdd) to.qdd = values(point.qdd);
+  }
+  if (from.has_path_tolerance()) {
+    for (const double tolerance : from.path_tolerance) {
+      trajectory.path_tolerance.push_back(std::isfinite(tolerance) ? tolerance : 0.0);
+    }
+  }
   try {
-    active_->step = client_.go_to(std::vector<double>(q.begin(), q.end()));
+    active_->goal = client_.follow(trajectory);
   } catch (const Error& error) {
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, error.what(), now);
   }
@@ -229,12 +252,17 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   if (!active_ || arm.kinematics == nullptr) return;
   TrajectoryFollower::Input input{measured(arm), std::chrono::duration<double>(now - active_->updated).count()};
   active_->updated = now;
-  bool over = !active_->step;
-  if (const auto progress = active_->step ? active_->step->progress() : std::nullopt) {
+  bool over = !active_->goal;
+  if (const auto progress = active_->goal ? active_->goal->progress() : std::nullopt) {
     over = is_final(progress->state);
     input.reason = reason_of(*progress);
+    if (progress->trajectory_time) input.time = progress->trajectory_time->count();
+    input.rate = progress->trajectory_rate;
     if (progress->state == GoalState::kReached) input.report = TrajectoryFollower::GoalReport::kReached;
     if (progress->state == GoalState::kRejected) input.report = TrajectoryFollower::GoalReport::kRejected;
+    if (over && progress->cause.kind == CauseKind::kPathTolerance) {
+      input.report = TrajectoryFollower::GoalReport::kLeftPath;
+    }
     if (over && input.report == TrajectoryFollower::GoalReport::kUnderWay) {
       input.report = TrajectoryFollower::GoalReport::kLost;
     }
@@ -243,14 +271,12 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
     if (over) finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, "canceled by its client", now);
     return;
   }
-  const TrajectoryFollower::Output output = active_->follower.update(input);
-  if (output.end) {
-    const bool done = output.end->code == TrajectoryCode::kSuccessful;
-    if (!done && active_->step) active_->step->cancel();
-    return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, output.end->code, output.end->text, now);
+  if (const auto end = active_->follower.update(input)) {
+    const bool done = end->code == TrajectoryCode::kSuccessful;
+    if (!done && active_->goal) active_->goal->cancel();
+    return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, end->code, end->text, now);
   }
-  if (output.goal) send_step(*output.goal, now);
-  if (active_ && now >= fed_back_ + kFeedbackPeriod) {
+  if (now >= fed_back_ + kFeedbackPeriod) {
     fed_back_ = now;
     publish_feedback(arm);
   }
@@ -271,15 +297,16 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
   feedback.header.stamp = ros_time(arm.state->received);
   feedback.joint_names = active_->names;
   const TrajectoryFollower& follower = active_->follower;
-  const planner::JointVector desired = follower.order().at(follower.time());
+  const planner::JointState desired = follower.order().at(follower.time());
   const planner::JointVector q = measured(arm);
   const auto& qd = arm.state->value.qd();
   const auto joints = joint_numbers(active_->names, arm_);
   for (const int j : *joints) {
-    feedback.desired.positions.push_back(desired[j]);
+    feedback.desired.positions.push_back(desired.q[j]);
+    feedback.desired.velocities.push_back(follower.rate() * desired.qd[j]);
     feedback.actual.positions.push_back(q[j]);
     if (std::ssize(qd) == q.size()) feedback.actual.velocities.push_back(qd[static_cast<std::size_t>(j)]);
-    feedback.error.positions.push_back(desired[j] - q[j]);
+    feedback.error.positions.push_back(desired.q[j] - q[j]);
   }
   feedback.desired.time_from_start = ros_duration(follower.time());
   feedback.actual.time_from_start = feedback.desired.time_from_start;
@@ -289,8 +316,8 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
 
 std::optional<OrderedPath> TrajectoryServer::path() const {
   if (!active_) return std::nullopt;
-  OrderedPath path{arm_.name, {}};
-  for (const TimedPoint& point : active_->follower.order().points) path.points.push_back(point.q);
+  OrderedPath path{arm_.name, {active_->follower.order().start}};
+  for (const planner::TimedPoint& point : active_->follower.order().trajectory.points) path.points.push_back(point.q);
   return path;
 }
 

@@ -64,7 +64,8 @@ class TrajectoryServer {
  public:
   using Clock = bus::Clock;
 
-  /// Serves NAMESPACE/ARM/follow_joint_trajectory. `arm` and `mailbox` must outlive it. `client` sends the joint goals.
+  /// Serves NAMESPACE/ARM/follow_joint_trajectory. `arm` and `mailbox` must outlive it. `client` sends the goals to the
+  /// planner.
   TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm, Arm client,
                    bus::Mailbox& mailbox);
 
@@ -80,7 +81,7 @@ class TrajectoryServer {
     ActionGoals::Id id;
     TrajectoryFollower follower;
     std::vector<std::string> names;  ///< of the joints, as the client wrote them
-    std::optional<Goal> step;        ///< the joint goal under way
+    std::optional<Goal> goal;        ///< for the planner
     Clock::time_point updated{};
     bool canceling = false;
   };
@@ -91,7 +92,7 @@ class TrajectoryServer {
   void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
   void follow(const ArmSnapshot& arm, Clock::time_point now);
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
-  void send_step(const planner::JointVector& q, Clock::time_point now);
+  void send_goal(Clock::time_point now);
   void send_results();
   void publish_feedback(const ArmSnapshot& arm);
   void refuse_unreadable(const char* service);

@@ -31,25 +31,25 @@ namespace hecaton::services {
 
 /// In the order of msg::CauseKind.
 inline constexpr std::array<std::string_view, static_cast<std::size_t>(msg::CauseKind::CAUSE_NOT_PERSISTED) + 1>
-    kCauseNames{"none",
-                // orders and the cell mode
-                "starting", "mode_unknown", "hold_ordered", "stop_ordered", "held_by_fault",
-                // missing inputs
-                "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
-                // commands and the device
-                "commands_ceased", "command_refused", "command_too_far", "device_failed", "observed",
-                // faults
-                "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed",
-                "host_lost", "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "checkpoint_lost",
-                "input_refused", "second_writer", "certificate_expires", "arm_stands", "contact", "device_not_ready",
-                "remote_control_off", "program_stopped", "safeguard_stop", "protective_stop", "emergency_stop",
-                "arm_failed",
-                // goals
-                "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable",
-                "goal_orientation", "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way",
-                "device_does_not_follow", "time_limit", "goal_replaced", "goal_cancelled", "goal_resumed",
-                // requests and edits
-                "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
+    kCauseNames{
+        "none",
+        // orders and the cell mode
+        "starting", "mode_unknown", "hold_ordered", "stop_ordered", "held_by_fault",
+        // missing inputs
+        "arm_state_old", "obstacles_old", "sensor_old", "node_stopped", "standing_by",
+        // commands and the device
+        "commands_ceased", "command_refused", "command_too_far", "device_failed", "observed",
+        // faults
+        "driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed", "host_lost",
+        "host_isolated", "link_lost", "duplicate_node", "persistence_failed", "checkpoint_lost", "input_refused",
+        "second_writer", "certificate_expires", "arm_stands", "contact", "device_not_ready", "remote_control_off",
+        "program_stopped", "safeguard_stop", "protective_stop", "emergency_stop", "arm_failed",
+        // goals
+        "no_goal", "goal_malformed", "goal_outside_limits", "goal_in_collision", "goal_unreachable", "goal_orientation",
+        "goal_not_resolved", "path_blocked", "at_joint_limits", "giving_way", "device_does_not_follow", "time_limit",
+        "path_tolerance", "goal_replaced", "goal_cancelled", "goal_resumed",
+        // requests and edits
+        "unknown_name", "name_taken", "invalid_value", "not_allowed_now", "not_persisted"};
 
 /// The kind's name in JSON, logs, cell files and checkpoints: "node_silent". A kind of a newer version is "unknown".
 [[nodiscard]] inline std::string_view cause_name(msg::CauseKind kind) {

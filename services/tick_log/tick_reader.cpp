@@ -47,6 +47,13 @@ TickReader::Error TickReader::take_events(const msg::PlannerTick& message) {
     planner::JointVector q_goal;
     if (!read(message.q_goal(), joints_[self_], true, q_goal)) return "q_goal does not fit the arm";
     if (q_goal.size() > 0) change.q_goal = q_goal;
+    if (message.trajectory().size() > 1) return "it has two trajectories";
+    for (const msg::TimedTrajectory& described : message.trajectory()) {
+      auto trajectory = messages::from_message(described, "trajectory", joints_[self_]);
+      if (!trajectory) return trajectory.error;
+      change.trajectory = std::make_shared<const planner::TimedTrajectory>(std::move(*trajectory.value));
+    }
+    change.trajectory_time = message.trajectory_time();
     events_.goal = change;
   }
   scans_.clear();

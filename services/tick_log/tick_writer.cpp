@@ -141,6 +141,8 @@ void TickWriter::begin(std::int64_t stamp_ns, const planner::PeriodEvents& event
   if (events.goal) {
     message.changes_goal(true);
     if (events.goal->q_goal) to_message(*events.goal->q_goal, message.q_goal());
+    if (events.goal->trajectory) message.trajectory().push_back(to_message(*events.goal->trajectory));
+    message.trajectory_time(events.goal->trajectory_time);
   }
   for (const planner::RangeScan& scan : events.scans) message.scans().push_back(scan_message(scan));
   message_ = std::move(message);

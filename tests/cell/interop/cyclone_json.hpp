@@ -92,7 +92,9 @@ inline void to_json(Json& json, const hecaton_msg_GoalStatus& m) {
           {"has_nearest", m.has_nearest},
           {"X_WT_nearest", m.X_WT_nearest},
           {"nearest_angle", m.nearest_angle},
-          {"q_goal", m.q_goal}};
+          {"q_goal", m.q_goal},
+          {"trajectory_time", m.trajectory_time},
+          {"trajectory_rate", m.trajectory_rate}};
 }
 
 // ros2/ros2.idl

@@ -428,6 +428,56 @@ TEST_F(Ros2Cell, FollowsTrajectoriesOfThreeArmsAtOnce) {
   EXPECT_EQ(cell.status(kLong).contacts->contacts, 0U);
 }
 
+// As MoveIt sends it: positions and velocities each 0.1 s. Joint goals without the velocities would end far earlier.
+TEST_F(Ros2Cell, FollowsVelocitiesInTheirTime) {
+  constexpr int kPoints = 40;
+  constexpr double kDuration = 4.0;
+  const Cell cell = connect();
+  ActionClient client(*peer_, "north");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "north");
+  auto goal = client.ramp(start, kStep, kDuration);
+  goal.trajectory().points().clear();
+  for (int i = 0; i <= kPoints; ++i) {
+    const double time = kDuration * i / kPoints;
+    const double phase = M_PI * time / kDuration;
+    trajectory_msgs::msg::JointTrajectoryPoint point;
+    for (std::size_t j = 0; j < start.size(); ++j) {
+      point.positions().push_back(start[j] + 0.5 * kStep[j] * (1.0 - std::cos(phase)));
+      point.velocities().push_back(0.5 * kStep[j] * M_PI / kDuration * std::sin(phase));
+    }
+    point.time_from_start().sec(static_cast<std::int32_t>(time));
+    point.time_from_start().nanosec(static_cast<std::uint32_t>(std::fmod(time, 1.0) * 1e9));
+    goal.trajectory().points().push_back(point);
+  }
+  JointStates states(*peer_, "rt/cell/north/joint_states");
+  ASSERT_TRUE(states.next([](const auto& message) { return !message.position().empty(); }));
+  const auto begun = std::chrono::steady_clock::now();
+  const auto id = client.send(goal);
+  ASSERT_TRUE(id);
+  const auto asked = client.ask_result(*id);
+  double worst = 0.0;
+  std::size_t samples = 0;
+  while (std::chrono::steady_clock::now() < begun + std::chrono::duration<double>(0.9 * kDuration)) {
+    const auto state = states.next([](const auto&) { return true; });
+    ASSERT_TRUE(state);
+    const std::vector<double>& q = state->position();
+    const double share = std::clamp((q[0] - start[0]) / kStep[0], 0.0, 1.0);
+    for (std::size_t j = 0; j < q.size(); ++j) worst = std::max(worst, std::abs(q[j] - start[j] - share * kStep[j]));
+    ++samples;
+  }
+  EXPECT_GT(samples, 50U);
+  EXPECT_LT(worst, 0.005) << "all joints move together";
+  const auto result = client.await_result(asked);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+  EXPECT_GT(took, kDuration);
+  EXPECT_LT(took, kDuration + 1.0);
+  RecordProperty("duration_s", std::to_string(took));
+  RecordProperty("largest_deviation_rad", std::to_string(worst));
+}
+
 TEST_F(Ros2Cell, ExplainsInvalidTrajectories) {
   const Cell cell = connect();
   ActionClient client(*peer_, "west");

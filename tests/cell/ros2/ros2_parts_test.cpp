@@ -272,63 +272,90 @@ TrajectoryFollower follower_of(const ros2::TrajectoryGoal& goal) {
   return TrajectoryFollower(std::get<ros2::TrajectoryOrder>(std::move(checked)));
 }
 
-/// Follows with an arm that jumps to its goal; returns the seconds until the end.
-double follow(TrajectoryFollower& follower, ros2::TrajectoryRefusal& end, double blocked_until = 0.0) {
-  TrajectoryFollower::Input input{north().home(), 0.01};
-  JointVector goal = input.q;
-  double now = 0.0;
-  for (; now < 60.0; now += input.dt) {
-    const auto output = follower.update(input);
-    if (output.end) {
-      end = *output.end;
-      break;
-    }
-    if (output.goal) goal = *output.goal;
-    if (now >= blocked_until) input.q = goal;
-    input.report = (input.q - goal).norm() < 1e-9 ? TrajectoryFollower::GoalReport::kReached
-                                                  : TrajectoryFollower::GoalReport::kUnderWay;
-  }
-  return now;
+/// One that has come to `time` of the trajectory.
+TrajectoryFollower::Input under_way(double time, double rate, std::string reason = {}) {
+  return {north().home(), 0.01, TrajectoryFollower::GoalReport::kUnderWay, time, rate, std::move(reason)};
 }
 
-TEST(Ros2Trajectory, NeverPassesAPointBeforeItsTime) {
-  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
-  ros2::TrajectoryRefusal end{TrajectoryCode::kOldStamp, ""};
-  EXPECT_NEAR(follow(follower, end), 4.0, 0.1);
-  EXPECT_EQ(end.code, TrajectoryCode::kSuccessful);
+TEST(Ros2Trajectory, KeepsVelocitiesAndTolerancesOfItsPoints) {
+  auto goal = ramp(north().home(), 0.8, 4.0);
+  goal.path_tolerance.push_back({"joint2", 0.05, 0.0, 0.0});
+  goal.path_tolerance.push_back({"joint3", -1.0, 0.0, 0.0});
+  const auto checked = ros2::check_trajectory(goal, north(), north().home(), 0.0);
+  const planner::TimedTrajectory& trajectory = std::get<ros2::TrajectoryOrder>(checked).trajectory;
+  ASSERT_EQ(trajectory.points.size(), goal.trajectory.points.size());
+  EXPECT_EQ(trajectory.duration(), 4.0);
+  EXPECT_EQ(trajectory.points[2].qd.size(), north().home().size());
+  EXPECT_EQ(trajectory.path_tolerance[1], 0.05);
+  EXPECT_TRUE(std::isinf(trajectory.path_tolerance[2])) << "-1 erases a tolerance";
+  EXPECT_TRUE(trajectory.has_path_tolerance());
 }
 
-TEST(Ros2Trajectory, WaitsForALateArm) {
+TEST(Ros2Trajectory, HasTheTimeThatThePlannerReports) {
   TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
-  ros2::TrajectoryRefusal end{TrajectoryCode::kOldStamp, ""};
-  EXPECT_NEAR(follow(follower, end, 3.0), 7.0, 0.3);
-  EXPECT_EQ(end.code, TrajectoryCode::kSuccessful);
+  EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
+  EXPECT_NEAR(follower.time(), 1.0, 1e-9);
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
+  EXPECT_NEAR(follower.time(), 1.1, 1e-9) << "between two reports it is estimated";
+  EXPECT_FALSE(follower.update(under_way(1.05, 0.0)));
+  EXPECT_NEAR(follower.time(), 1.1, 1e-9) << "it never falls";
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(follower.update(under_way(1.2, 0.5)));
+  EXPECT_LT(follower.time(), 1.5) << "without a report the estimate ends";
+}
+
+TEST(Ros2Trajectory, SucceedsWhenThePlannerHasReachedItsEnd) {
+  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+  TrajectoryFollower::Input input = under_way(4.0, 1.0);
+  input.q = follower.order().trajectory.end();
+  EXPECT_FALSE(follower.update(input));
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful);
+}
+
+TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
+  auto goal = ramp(north().home(), 0.8, 4.0);
+  goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
+  TrajectoryFollower follower = follower_of(goal);
+  TrajectoryFollower::Input input = under_way(4.0, 1.0);
+  input.q = follower.order().trajectory.end();
+  input.q[0] += 0.002;
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
 }
 
 TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
   auto goal = ramp(north().home(), 0.8, 4.0);
   goal.goal_time_tolerance = {1, 0};
   TrajectoryFollower follower = follower_of(goal);
-  ros2::TrajectoryRefusal end{TrajectoryCode::kSuccessful, ""};
-  EXPECT_NEAR(follow(follower, end, 50.0), 5.0, 0.1);
-  EXPECT_EQ(end.code, TrajectoryCode::kGoalTolerance);
+  double elapsed = 0.0;
+  std::optional<ros2::TrajectoryRefusal> end;
+  while (!end && elapsed < 60.0) {
+    elapsed += 0.01;
+    end = follower.update(under_way(2.0, 0.0, "ball is 0.03 m away"));
+  }
+  EXPECT_NEAR(elapsed, 5.0, 0.1);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_NE(end->text.find("ball is 0.03 m away"), std::string::npos);
 }
 
-TEST(Ros2Trajectory, EndsWhenTheArmLeavesThePath) {
-  auto goal = ramp(north().home(), 0.8, 4.0);
-  goal.path_tolerance.push_back({"joint2", 0.05, 0.0, 0.0});
-  goal.path_tolerance.push_back({"joint3", -1.0, 0.0, 0.0});
-  TrajectoryFollower follower = follower_of(goal);
-  TrajectoryFollower::Input input{north().home(), 0.01};
-  static_cast<void>(follower.update(input));
-  input.q[2] += 0.5;
-  EXPECT_FALSE(follower.update(input).end) << "joint3 has no tolerance";
-  input.q[1] += 0.1;
-  input.reason = "ball is 0.03 m away";
-  const auto output = follower.update(input);
-  ASSERT_TRUE(output.end);
-  EXPECT_EQ(output.end->code, TrajectoryCode::kPathTolerance);
-  EXPECT_NE(output.end->text.find("ball is 0.03 m away"), std::string::npos);
+TEST(Ros2Trajectory, EndsAsItsPlannerSays) {
+  using Report = TrajectoryFollower::GoalReport;
+  for (const auto& [report, code] : {std::pair(Report::kRejected, TrajectoryCode::kInvalidGoal),
+                                     std::pair(Report::kLost, TrajectoryCode::kInvalidGoal),
+                                     std::pair(Report::kLeftPath, TrajectoryCode::kPathTolerance)}) {
+    TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+    TrajectoryFollower::Input input = under_way(1.0, 0.0, "ball is 0.03 m away");
+    input.report = report;
+    const auto end = follower.update(input);
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->code, code);
+    EXPECT_NE(end->text.find("ball is 0.03 m away"), std::string::npos);
+  }
 }
 
 TEST(Ros2ActionGoals, KeepResultsForLateClients) {

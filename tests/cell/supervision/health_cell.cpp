@@ -218,10 +218,14 @@ void HealthCell::send_goal(const std::string& arm, const std::string& goal, cons
   msg::Goal message;
   message.arm(arm);
   message.goal(goal);
-  message.client("test");
-  message.sequence_number(++request_);
   message.kind(msg::GoalKind::GOAL_NAMED);
   message.named(named);
+  send(std::move(message));
+}
+
+void HealthCell::send(msg::Goal message) {
+  message.client("test");
+  message.sequence_number(++request_);
   const auto written = goals_.write(message);
   EXPECT_TRUE(written) << written.reason;
 }

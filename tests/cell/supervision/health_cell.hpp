@@ -60,6 +60,8 @@ class HealthCell {
   msg::ArmState next_state(const std::string& arm);
 
   void send_goal(const std::string& arm, const std::string& goal, const std::string& named);
+  /// With the names of arm and goal; the client's name and number are set here.
+  void send(msg::Goal goal);
   [[nodiscard]] ChildProcess& agent() { return agent_; }
   [[nodiscard]] const config::CellFile& file() const { return file_; }
   [[nodiscard]] int domain() const { return domain_.number(); }

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <deque>
 #include <map>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -96,6 +97,54 @@ TEST_F(Standby, ContinuesTheGoalOfAKilledPlanner) {
     return fault.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED && fault.cause().subject() == before.planner();
   });
   await_standing_by(before.planner());
+}
+
+// A planner that went straight to the end would move three times as fast as the trajectory.
+TEST_F(Standby, ContinuesTheTrajectoryOfAKilledPlanner) {
+  constexpr double kDuration = 8.0;
+  const planner::Arm& arm = cell_.file().cell.arms[0].arm;
+  const planner::JointVector& home = arm.named.at("home");
+  const planner::JointVector& away = arm.named.at("away");
+  const double fastest = 1.5 * (away - home).cwiseAbs().maxCoeff() / kDuration;  // of a cubic from rest to rest
+  await_ready();
+  bus::Reader<msg::ArmState> watched(cell_.participant(), &cell_.mailbox(), every_sample());
+  msg::Goal goal;
+  goal.arm("left");
+  goal.goal("way");
+  goal.kind(msg::GoalKind::GOAL_TRAJECTORY);
+  goal.trajectory().time({0.0, kDuration});
+  goal.trajectory().q().assign(home.begin(), home.end());
+  goal.trajectory().q().insert(goal.trajectory().q().end(), away.begin(), away.end());
+  goal.trajectory().qd().assign(goal.trajectory().q().size(), 0.0);
+  cell_.send(goal);
+  cell_.await_goal("way", [](const msg::GoalStatus& status) { return status.trajectory_time() > 2.0; });
+  const auto status = await_ready();
+  const msg::ArmStatus before = arm_of(status, "left");
+  ASSERT_EQ(kill(pid_of_node(status, before.planner()), SIGKILL), 0);
+  await_successor(before);
+  cell_.await_goal("way", [&](const msg::GoalStatus& seen) {
+    return seen.node() != before.planner() && seen.trajectory_time() > 3.0 && seen.trajectory_rate() > 0.5;
+  });
+  expect_arrival();
+
+  double farthest = home[0];
+  std::optional<msg::ArmState> last;
+  double fastest_seen = 0.0;
+  for (const auto& sample : watched.take()) {
+    if (sample.disposed || sample.value.arm() != "left") continue;
+    const msg::ArmState& state = sample.value;
+    EXPECT_GT(state.q()[0], farthest - 0.05) << "it does not go back";
+    farthest = std::max(farthest, state.q()[0]);
+    for (int j = 1; j < 6; ++j) EXPECT_NEAR(state.q()[static_cast<std::size_t>(j)], home[j], 0.01);
+    // From positions of 100 ms: a driver catches up after a late command.
+    if (!last) last = state;
+    const double seconds = 1e-9 * static_cast<double>(state.stamp_ns() - last->stamp_ns());
+    if (seconds < 0.1) continue;
+    fastest_seen = std::max(fastest_seen, (state.q()[0] - last->q()[0]) / seconds);
+    last = state;
+  }
+  EXPECT_LT(fastest_seen, 1.25 * fastest);
+  EXPECT_GT(fastest_seen, 0.8 * fastest);
 }
 
 TEST_F(Standby, StaysInChargeWhenAStoppedPlannerContinues) {

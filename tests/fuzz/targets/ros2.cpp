@@ -50,12 +50,12 @@ void use(const SendGoalRequest& request) {
   const planner::JointVector q = north().home();
   const auto checked = check_trajectory(request.goal, north(), q, 0.0);
   if (const auto* refusal = std::get_if<TrajectoryRefusal>(&checked)) return require_readable(refusal->text);
+  const planner::TimedTrajectory& trajectory = std::get<TrajectoryOrder>(checked).trajectory;
+  fuzz::require(planner::objection(trajectory, north().limits, north().model->joint_names).empty(),
+                "the planner can follow a trajectory that the service accepts");
   TrajectoryFollower follower(std::get<TrajectoryOrder>(checked));
-  planner::JointVector at = q;
   for (int i = 0; i < 20; ++i) {
-    const auto output = follower.update({at, 0.05});
-    if (output.goal) at = *output.goal;
-    if (output.end) return;
+    if (follower.update({q, 0.05, TrajectoryFollower::GoalReport::kUnderWay, 0.05 * i, 1.0})) return;
   }
 }
 

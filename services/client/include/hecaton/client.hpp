@@ -156,6 +156,11 @@ class HECATON_API Arm {
     return go_to(std::vector<double>(q), options);
   }
   Goal go_to(const Pose& tool, const GoalOptions& options = {}) const;  ///< pose of the tool frame
+  /// Sends a goal with a trajectory, as go_to(). The arm follows it from its start, which is at most 0.1 rad or m away;
+  /// a first point of a later time begins at the arm. It slows down, waits and returns where something is near. With a
+  /// path tolerance the goal ends (kCancelled, CauseKind::kPathTolerance) when the arm leaves the path. Throws
+  /// Unreachable, and InvalidArgument for wrong numbers of values and numbers that are not finite.
+  Goal follow(const Trajectory& trajectory, const GoalOptions& options = {}) const;
 
   /// The last measured state, with its age. The first call waits until a state has arrived. Throws Unreachable when no
   /// driver of the arm publishes states, and Interrupted.

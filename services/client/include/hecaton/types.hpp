@@ -179,6 +179,24 @@ struct Progress {
   std::string note;                        ///< what the planner changed in the goal, for people; empty: nothing
   std::optional<ToolError> tool_error;     ///< measured; empty: no pose goal, or not measured yet
   std::optional<NearestPose> nearest;      ///< with CauseKind::kGoalOrientation
+  std::optional<Seconds> trajectory_time;  ///< in its trajectory that the arm has come to; empty: it has none
+  double trajectory_rate = 0.0;            ///< of that time: 1 as the trajectory demands, 0 while the arm waits
+};
+
+/// A point of a trajectory.
+struct TrajectoryPoint {
+  Seconds time{};           ///< since the start of the trajectory; greater than that of the point before
+  std::vector<double> q;    ///< joint positions from base to tip [rad | m]
+  std::vector<double> qd;   ///< velocities; empty in all points: not given [rad/s | m/s]
+  std::vector<double> qdd;  ///< accelerations; empty in all points: not given [rad/s² | m/s²]
+};
+
+/// Joint positions with times.
+struct Trajectory {
+  std::vector<TrajectoryPoint> points;  ///< 1 to 4096, and points times joints at most 32768; the last one is at rest
+  /// Each joint's largest distance from the path; 0: none. Empty: no joint has one, and the arm may go around what
+  /// blocks it [rad | m].
+  std::vector<double> path_tolerance;
 };
 
 /// The state is the last one of a goal.

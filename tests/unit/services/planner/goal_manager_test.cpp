@@ -343,6 +343,92 @@ TEST_F(GoalManagerTest, RecognisesAFollowedGoalOfItsClient) {
   EXPECT_TRUE(statuses().empty());
 }
 
+/// One joint to `q` within 4 s.
+msg::Goal with_trajectory(msg::Goal goal, double q) {
+  goal.kind(msg::GoalKind::GOAL_TRAJECTORY);
+  goal.trajectory().time({0.0, 4.0});
+  goal.trajectory().q({0.0, q});
+  return goal;
+}
+GoalAnswer yes_to_trajectory(const msg::Goal& goal) {
+  const auto trajectory = messages::from_message(goal.trajectory(), "trajectory", 1);
+  return {.goal = goal,
+          .q_goal = trajectory->end(),
+          .trajectory = std::make_shared<const planner::TimedTrajectory>(*trajectory)};
+}
+/// The arm has come to `time`.
+Progress on_trajectory(double time) {
+  Progress progress;
+  progress.trajectory = Progress::Trajectory{time, 0.5, planner::JointVector::Constant(1, 0.25)};
+  return progress;
+}
+
+TEST_F(GoalManagerTest, ReportsTheTimeInATrajectoryAndWhereTheArmGoesNext) {
+  goals_.receive(with_trajectory(goal("g"), 1.0), now_);
+  ASSERT_TRUE(goals_.answer(yes_to_trajectory(*goals_.next_to_resolve()), now_));
+  const auto change = goals_.take_change();
+  ASSERT_TRUE(change && change->q_goal && change->trajectory);
+  EXPECT_EQ(change->trajectory_time, 0.0);
+  goals_.progress(on_trajectory(1.5), now_ + 1s);
+  statuses();
+  EXPECT_EQ(statuses_.back().trajectory_time(), 1.5);
+  EXPECT_EQ(statuses_.back().trajectory_rate(), 0.5);
+  EXPECT_EQ(statuses_.back().q_goal(), std::vector<double>{0.25});
+  Progress reached = on_trajectory(4.0);
+  reached.state = msg::GoalState::GOAL_REACHED;
+  goals_.progress(reached, now_ + 5s);
+  statuses();
+  EXPECT_EQ(statuses_.back().q_goal(), std::vector<double>{1.0});
+}
+
+TEST_F(GoalManagerTest, EndsATrajectoryWhosePathIsLeft) {
+  goals_.receive(with_trajectory(goal("g"), 1.0), now_);
+  ASSERT_TRUE(goals_.answer(yes_to_trajectory(*goals_.next_to_resolve()), now_));
+  (void)goals_.take_change();
+  Progress progress = on_trajectory(1.5);
+  progress.trajectory->left = make_cause(msg::CauseKind::CAUSE_PATH_TOLERANCE, "joint1", "joint1 is outside");
+  goals_.progress(progress, now_ + 1s);
+  EXPECT_EQ(statuses().back(), std::pair(std::string("g"), msg::GoalState::GOAL_CANCELLED));
+  EXPECT_EQ(statuses_.back().cause().kind(), msg::CauseKind::CAUSE_PATH_TOLERANCE);
+  EXPECT_TRUE(takes_cancellation());
+}
+
+// It knows the goal from a status, and stands until it has the trajectory.
+TEST_F(GoalManagerTest, AwaitsTheTrajectoryOfAFollowedGoal) {
+  const msg::Goal sent = with_trajectory(goal("g"), 1.0);
+  msg::GoalStatus status;
+  status.arm("arm1");
+  status.goal("g");
+  status.state(msg::GoalState::GOAL_ACTIVE);
+  status.q_goal({0.25});
+  status.trajectory_time(1.5);
+  ASSERT_TRUE(goals_.follow(status, now_));
+  EXPECT_TRUE(takes_cancellation());
+  EXPECT_TRUE(goals_.awaits_trajectory());
+  goals_.receive(sent, now_);
+  EXPECT_FALSE(goals_.next_to_resolve()) << "another planner has accepted it";
+  const auto change = goals_.take_change();
+  ASSERT_TRUE(change && change->trajectory);
+  EXPECT_EQ(change->trajectory_time, 1.5);
+  EXPECT_EQ((*change->q_goal)[0], 1.0);
+}
+
+TEST_F(GoalManagerTest, CancelsAGoalWhoseTrajectoryDoesNotArrive) {
+  msg::GoalStatus status;
+  status.arm("arm1");
+  status.goal("g");
+  status.state(msg::GoalState::GOAL_ACTIVE);
+  status.q_goal({0.25});
+  status.trajectory_time(1.5);
+  ASSERT_TRUE(goals_.follow(status, now_));
+  goals_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
+  goals_.progress(in(msg::GoalState::GOAL_ACTIVE), now_ + 9s);
+  EXPECT_EQ(statuses().back().second, msg::GoalState::GOAL_BLOCKED);
+  goals_.progress(in(msg::GoalState::GOAL_ACTIVE), now_ + 11s);
+  EXPECT_EQ(statuses().back().second, msg::GoalState::GOAL_CANCELLED);
+  EXPECT_EQ(statuses_.back().cause().kind(), msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED);
+}
+
 TEST_F(GoalManagerTest, EndsGoalsThatThePlannerInChargeEnded) {
   send_and_accept(goal("a"));
   static_cast<void>(statuses());

@@ -75,6 +75,45 @@ class Resolve : public testing::Test {
   std::vector<world::ObstacleState> states_;
 };
 
+/// From home in two seconds, 0.1 rad farther.
+msg::Goal trajectory(const JointVector& from) {
+  msg::Goal goal;
+  goal.arm("arm1");
+  goal.goal("g");
+  goal.kind(msg::GoalKind::GOAL_TRAJECTORY);
+  const JointVector to = from + JointVector::Constant(from.size(), 0.1);
+  goal.trajectory().time({0.0, 2.0});
+  goal.trajectory().q().assign(from.begin(), from.end());
+  goal.trajectory().q().insert(goal.trajectory().q().end(), to.begin(), to.end());
+  return goal;
+}
+
+TEST_F(Resolve, AcceptsATrajectoryToItsEnd) {
+  const GoalAnswer answer = resolve(trajectory(q_now_));
+  ASSERT_FALSE(answer.rejection) << text(answer);
+  ASSERT_TRUE(answer.trajectory);
+  EXPECT_EQ(answer.trajectory->points.size(), 2U);
+  EXPECT_EQ(answer.q_goal, answer.trajectory->end());
+}
+
+TEST_F(Resolve, NamesWhatIsWrongWithATrajectory) {
+  msg::Goal goal = trajectory(q_now_);
+  goal.trajectory().q().pop_back();
+  EXPECT_NE(text(resolve(goal)).find("trajectory.q has 11 values, but must have 12"), std::string::npos);
+  goal = trajectory(q_now_);
+  goal.trajectory().qd({1.0});
+  EXPECT_NE(text(resolve(goal)).find("0 or 12"), std::string::npos);
+  goal = trajectory(q_now_);
+  goal.trajectory().time({1.0, 1.0});
+  EXPECT_NE(text(resolve(goal)).find("the time of point 1"), std::string::npos);
+  goal = trajectory(q_now_);
+  goal.trajectory().q()[7] = 99.0;
+  EXPECT_NE(text(resolve(goal)).find("= 99 of point 1"), std::string::npos);
+  goal = trajectory(q_now_ + JointVector::Constant(q_now_.size(), 0.2));
+  EXPECT_NE(text(resolve(goal)).find("begins 0.2"), std::string::npos);
+  EXPECT_FALSE(resolve_goal(geometry_, goal, q_now_, states_, false).rejection) << "another planner has begun it";
+}
+
 TEST_F(Resolve, AcceptsJointsAndNamedPoses) {
   const GoalAnswer answer = resolve(joints({0.1, -1.8, 2.5, 0.2, 0.5, -0.3}));
   ASSERT_FALSE(answer.rejection) << text(answer);

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -150,6 +151,15 @@ TEST(TickLog, KeepsEachBitOfTheInputs) {
       events.obstacles = list = std::make_shared<const std::vector<world::Obstacle>>(obstacles(draw));
     if (period % 3 == 0)
       events.goal = planner::GoalChange{period % 6 == 0 ? std::optional(draw.joints()) : std::nullopt};
+    if (period % 12 == 0) {
+      auto trajectory = std::make_shared<planner::TimedTrajectory>();
+      trajectory->points = {{0.0, draw.joints(), draw.joints(), {}},
+                            {1.0 + draw.uniform(), draw.joints(), draw.joints(), {}}};
+      trajectory->path_tolerance = draw.joints().cwiseAbs();
+      trajectory->path_tolerance[0] = std::numeric_limits<double>::infinity();
+      events.goal->trajectory = std::move(trajectory);
+      events.goal->trajectory_time = draw.uniform();
+    }
     std::vector<planner::RangeScan> scans;
     events.scans = scans;
     std::optional<TickWriter::Snapshot> snapshot;
@@ -198,6 +208,20 @@ TEST(TickLog, KeepsEachBitOfTheInputs) {
     if (read.goal) {
       ASSERT_EQ(read.goal->q_goal.has_value(), events.goal->q_goal.has_value());
       if (read.goal->q_goal) expect_same_bits(*read.goal->q_goal, *events.goal->q_goal);
+      EXPECT_EQ(read.goal->trajectory_time, events.goal->trajectory_time);
+      ASSERT_EQ(read.goal->trajectory != nullptr, events.goal->trajectory != nullptr);
+      if (read.goal->trajectory) {
+        const planner::TimedTrajectory& a = *read.goal->trajectory;
+        const planner::TimedTrajectory& b = *events.goal->trajectory;
+        ASSERT_EQ(a.points.size(), b.points.size());
+        for (std::size_t i = 0; i < b.points.size(); ++i) {
+          EXPECT_EQ(a.points[i].time, b.points[i].time);
+          expect_same_bits(a.points[i].q, b.points[i].q);
+          expect_same_bits(a.points[i].qd, b.points[i].qd);
+          EXPECT_EQ(a.points[i].qdd.size(), 0);
+        }
+        expect_same_bits(a.path_tolerance, b.path_tolerance);
+      }
     }
     ASSERT_EQ(read.obstacles != nullptr, events.obstacles != nullptr || snapshot.has_value());
     if (read.obstacles) {
