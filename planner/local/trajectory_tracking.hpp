@@ -23,10 +23,10 @@ enum class TrackingPhase : std::uint8_t {
 struct TrajectoryTracking {
   std::shared_ptr<const TimedTrajectory> trajectory;  ///< null: kNone
   TrackingPhase phase = TrackingPhase::kNone;
-  double time = 0.0;      ///< of the trajectory; never falls [s]
-  double rate = 0.0;      ///< of that time, 0 to 1
-  bool begun = false;     ///< `start` is set
-  TimedPoint start;  ///< the arm's state when it began, from which it goes to a first point of a later time
+  double time = 0.0;   ///< of the trajectory; never falls [s]
+  double rate = 0.0;   ///< of that time, 0 to 1
+  bool begun = false;  ///< `start` is set
+  TimedPoint start;    ///< the arm's state when it began, from which it goes to a first point of a later time
 
   [[nodiscard]] bool follows() const { return phase == TrackingPhase::kFollows; }
   /// The trajectory's state at a time. Precondition: there is a trajectory.

@@ -227,7 +227,7 @@ class Episode {
     caster_.place(world_.present());
     threads_.for_each([&](int i) {
       arms_[i].observations.update(now, instant);
-      plan(i, now, instant->obstacles);
+      plan(i, now);
       move(i, dt);
     });
     publish_measured();
@@ -247,7 +247,7 @@ class Episode {
   }
 
   /// There is no network between a planner and its own driver and sensors. The drive gets each set-point at once.
-  void plan(int i, double now, std::span<const world::ObstacleState> obstacles) {
+  void plan(int i, double now) {
     SimulatedArm& arm = arms_[i];
     ArmPlanner& planner = planners_[i];
     const std::vector<RangeScan> scans = arm.scanner.scan(now, arm.drive.q(), caster_);

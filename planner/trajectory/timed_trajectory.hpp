@@ -30,7 +30,7 @@ struct TimedTrajectory {
   static constexpr std::size_t kMostValues = 32768;  ///< points times joints
 
   std::vector<TimedPoint> points;  ///< at least one; times grow; the last one is at rest
-  JointVector path_tolerance;           ///< [rad | m]; infinite: this joint has none; empty: no joint has one
+  JointVector path_tolerance;      ///< [rad | m]; infinite: this joint has none; empty: no joint has one
 
   [[nodiscard]] double duration() const { return points.back().time; }
   [[nodiscard]] const JointVector& end() const { return points.back().q; }

@@ -76,7 +76,7 @@ class CellModeState {
   void lower_speed(const std::string& arm, double speed);
   /// Text: "hold by operator" or "hold until resumed: …". CAUSE_NONE without an order.
   [[nodiscard]] msg::Cause order_cause(std::string_view arm) const;
-  /// The fault that gave the arm's order has this cause: it is told once.
+  /// The fault that gave the arm's order has this cause: the text has it once.
   [[nodiscard]] bool is_ordered_for(const msg::Cause& cause, std::string_view arm) const;
 
   std::vector<std::string> arms_;
