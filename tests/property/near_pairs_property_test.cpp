@@ -174,7 +174,7 @@ TEST_P(NearPairsProperty, ReportsTheSameAsEveryPairByItself) {
     }
     contacts += pairwise.contacts().size();
   }
-  if (GetParam().obstacles >= 20) EXPECT_GT(contacts, 0U);
+  EXPECT_TRUE(GetParam().obstacles < 20 || contacts > 0);
 }
 
 TEST_P(NearPairsProperty, NearestIsTheLeastOfEveryPair) {

@@ -132,7 +132,7 @@ class NearPairs {
 
   /// The pairs that exist now, of each part.
   [[nodiscard]] std::vector<std::vector<MonitoredPair>>& lists() { return lists_; }
-  [[nodiscard]] bool any_standing() const { return standing_ > 0; }
+  [[nodiscard]] bool any_standing() const { return any_standing_; }
 
  private:
   struct Found {
@@ -146,7 +146,7 @@ class NearPairs {
 
   ShapeTree tree_;                                 ///< of the parts that stand
   std::vector<BoundingBox> boxes_;                 ///< of these
-  int standing_ = 0;                               ///< calls of put()
+  bool any_standing_ = false;                      ///< put() was called
   std::vector<std::vector<MonitoredPair>> lists_;  ///< of each part: ascending by the obstacle's part
   std::vector<Found> found_;                       ///< of each part
   std::vector<int> near_;

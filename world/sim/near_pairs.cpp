@@ -21,7 +21,7 @@ int standing_of(const MonitoredPair& pair, int mover) {
 void NearPairs::clear(int parts) {
   tree_.clear();
   boxes_.assign(static_cast<std::size_t>(parts), {});
-  standing_ = 0;
+  any_standing_ = false;
   lists_.assign(static_cast<std::size_t>(parts), {});
   found_.assign(static_cast<std::size_t>(parts), {});
 }
@@ -42,7 +42,7 @@ void NearPairs::put(const MonitoredPairs& all, int standing) {
   BoundingBox& box = boxes_[static_cast<std::size_t>(standing)];
   box = all.box(standing);
   tree_.put(standing, box);
-  ++standing_;
+  any_standing_ = true;
   expire();
 }
 
