@@ -237,9 +237,9 @@ void scan(benchmark::State& state, int count) {
   all.set_obstacles(obstacles);
   std::vector<world::RayCaster> each(obstacles.size());
   for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    const world::ObstacleState state{obstacles[i].X_WO, {}, 0.0};
+    const world::ObstacleState resting{obstacles[i].X_WO, {}, 0.0};
     each[i].set_obstacles(std::span(&obstacles[i], 1));
-    each[i].place(std::span(&state, 1));
+    each[i].place(std::span(&resting, 1));
   }
   std::vector<planner::RangeScanner> scanners;
   for (std::size_t i = 0; i < arms.planned().size(); ++i) scanners.emplace_back(arms.planned()[i], i + 1);
