@@ -30,7 +30,10 @@ def still_cell(folder):
     return file
 
 
-SLIDES = """<robot name="slides"><link name="base"/><link name="across"/><link name="along"/>
+SLIDES = """<robot name="slides">
+<link name="base"><collision><origin xyz="0 0 1.5"/><geometry><box size="0.04 0.04 0.04"/></geometry></collision></link>
+<link name="across"><collision><origin xyz="0 0 1.4"/><geometry><box size="0.04 0.04 0.04"/></geometry></collision></link>
+<link name="along"><collision><origin xyz="0 0 1.3"/><geometry><box size="0.04 0.04 0.04"/></geometry></collision></link>
 <link name="hand"><collision><geometry><box size="0.06 0.24 0.04"/></geometry></collision></link>
 <link name="left"><collision><origin xyz="0 0.005 -0.06"/><geometry><box size="0.02 0.01 0.08"/></geometry></collision></link>
 <link name="right"><collision><origin xyz="0 -0.005 -0.06"/><geometry><box size="0.02 0.01 0.08"/></geometry></collision></link>
