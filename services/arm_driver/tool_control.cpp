@@ -386,6 +386,7 @@ void ToolControl::update(const ToolInputs& inputs) {
       return;
     case Phase::kMoving:
       if (auto end = yields() ? device_.outside_end() : std::nullopt) {
+        read_device();  // the end is newer than what was read before
         if (!end->result) return end_motion(inputs);
         settle();
         include_target();

@@ -299,7 +299,7 @@ TEST_F(Tool, ClosesFingersThatYieldAsFarAsTheObjectLetsThem) {
   EXPECT_EQ(device.force, 12.0);
   EXPECT_EQ(tool_.holding(), "crate");
   EXPECT_NEAR(tool_.width(), 0.039, 1e-9);
-  device.finger = 0.018;  // the object gives way
+  device.object = device.finger = 0.018;  // the object gives way
   period();
   EXPECT_LE(state_.outside_lower()[0], 0.018);
   EXPECT_EQ(carry_out(DeviceOrder::DEVICE_OPEN_TOOL).kind(), CauseKind::CAUSE_NONE);
