@@ -472,7 +472,12 @@ class Robot {
   void move_finger(double dt) {
     constexpr double kSpeed = 0.1;  // [m/s]
     double next = finger_ + std::clamp(finger_target_ - finger_, -kSpeed * dt, kSpeed * dt);
-    if (object_ && (finger_ - *object_) * (next - *object_) <= 0.0) next = *object_;
+    if (object_ && finger_ != *object_ && (finger_ - *object_) * (next - *object_) <= 0.0) {
+      blocked_ = *object_ - finger_;
+      next = *object_;
+    } else if (object_ && finger_ == *object_ && (next - finger_) * blocked_ > 0.0) {
+      next = finger_;  // the object is still there on that side; away from it the finger moves
+    }
     finger_stands_ = next == finger_ ? finger_stands_ + dt : 0.0;
     finger_ = next;
   }
@@ -666,6 +671,7 @@ class Robot {
   bool gripper_active_ = true;
   double finger_ = 0.05, finger_target_ = 0.05, finger_stands_ = 0.0, effort_ = -1.0;  // [m], [m], [s], [N]
   std::optional<double> object_;                                                       // [m]
+  double blocked_ = 0.0;  // its sign: the direction in which the object stops the finger
   int gripper_orders_ = 0;
   std::optional<Steady::time_point> off_until_;
   bool active_ = false;
