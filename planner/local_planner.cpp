@@ -91,7 +91,7 @@ JointVector stoppable(StopPathCheck& stop_path, QpProblem& problem, const Veloci
     if (stop_path.is_clear(beyond.x)) return beyond.x;
   }
   for (const double share : {0.5, 0.25}) {
-    const JointVector slower = braking + share * (refused - braking);
+    JointVector slower = braking + share * (refused - braking);
     if (stop_path.is_clear(slower)) return slower;
   }
   return braking;

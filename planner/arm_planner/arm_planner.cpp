@@ -23,7 +23,7 @@ void ArmPlanner::receive(const PeriodEvents& events) {
 TickResult ArmPlanner::step(const PeriodInputs& inputs) {
   if (const auto time = rollouts_.rollout_wait()) controller_.wait_for_rollout(*time);
   controller_.order_speed(inputs.speed);
-  const TickResult result = controller_.step(inputs.own, inputs.arms, inputs.obstacles, inputs.hold);
+  TickResult result = controller_.step(inputs.own, inputs.arms, inputs.obstacles, inputs.hold);
   if (inputs.number > 0) controller_.sent(inputs.number);
   return result;
 }

@@ -294,13 +294,23 @@ class Run:
         controller = self.controllers[arm]
         return max(map(abs, controller.order("state")["qd"])) * (math.pi / 180.0 if controller.degrees else 1.0)
 
+    def moving_arm(self, rng):
+        """One that moves: of an arm that was resumed and not commanded since, nothing can stop."""
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            arm = rng.choice(list(self.controllers))
+            patience = time.monotonic() + 5.0
+            while time.monotonic() < patience:
+                if self.speed(arm) > 10 * STANDS:
+                    return arm
+                time.sleep(0.02)  # a controller announces nothing
+            self.look_after()
+        raise Failed(f"no arm moves within {PATIENCE:g} s")
+
     def happen(self, number, rng):
-        arm = rng.choice(list(self.controllers))
+        arm = self.moving_arm(rng)
         controller = self.controllers[arm]
         name, (kind, causes, remedies) = rng.choice(list(controller.events().items()))
-        until = time.monotonic() + 10.0
-        while self.speed(arm) < 10 * STANDS and time.monotonic() < until:
-            time.sleep(0.02)  # a controller announces nothing
         known = set(self.cell.faults())
         began = time.monotonic()
         for cause in causes:
