@@ -199,16 +199,16 @@ class ResourceFinder {
     }
     for (const fs::path& start : folders_) {
       for (fs::path folder = start; !folder.empty(); folder = folder.parent_path()) {
-        if (const auto path = in_folder(folder, package, inside)) return path;
+        if (auto path = in_folder(folder, package, inside)) return path;
         if (folder == folder.parent_path()) break;
       }
     }
     for (const fs::path& prefix : folders_of("AMENT_PREFIX_PATH")) {
-      const fs::path path = prefix / "share" / package / inside;
+      fs::path path = prefix / "share" / package / inside;
       if (is_file(path, sources_)) return path;
     }
     for (const fs::path& folder : folders_of("ROS_PACKAGE_PATH")) {
-      if (const auto path = in_folder(folder, package, inside)) return path;
+      if (auto path = in_folder(folder, package, inside)) return path;
     }
     return std::nullopt;
   }

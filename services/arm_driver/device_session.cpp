@@ -155,14 +155,16 @@ msg::Cause DeviceSession::cause_of_state() const {
   return kind == CauseKind::CAUSE_NONE ? msg::Cause() : make_cause(kind, setup_.arm, state_.text);
 }
 
-// While a device that has failed connects again, its failure is still the reason.
+// While a device that has failed connects again, its failure is still the reason. A device that was stopped soon says
+// only that it is not ready: why it stopped stays the reason until the supervisor holds the arm for it.
 msg::Cause DeviceSession::cause() const {
   if (failure_) return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, *failure_);
   const msg::Cause present = cause_of_state();
   if (observed_ && state_.measured.q.size() > 0) {
     return observed_cause(setup_.arm);
   }
-  const bool is_stop = !is_none(present) && present.kind() != CauseKind::CAUSE_STARTING;
+  const bool is_stop = !is_none(present) && present.kind() != CauseKind::CAUSE_STARTING &&
+                       present.kind() != CauseKind::CAUSE_DEVICE_NOT_READY;
   if (is_stop || !latched_) return present;
   return *latched_;
 }

@@ -393,14 +393,16 @@ TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
                                        std::pair(DeviceMode::kEmergencyStop, CauseKind::CAUSE_EMERGENCY_STOP),
                                        std::pair(DeviceMode::kSafeguardStop, CauseKind::CAUSE_SAFEGUARD_STOP),
                                        std::pair(DeviceMode::kProgramStopped, CauseKind::CAUSE_PROGRAM_STOPPED),
-                                       std::pair(DeviceMode::kRemoteControlOff, CauseKind::CAUSE_REMOTE_CONTROL_OFF),
-                                       std::pair(DeviceMode::kNotReady, CauseKind::CAUSE_DEVICE_NOT_READY)}) {
+                                       std::pair(DeviceMode::kRemoteControlOff, CauseKind::CAUSE_REMOTE_CONTROL_OFF)}) {
     device_.mode = mode;
     wait(0.1);
     EXPECT_EQ(control_.mode(), ArmMode::ARM_STOPPED);
     EXPECT_EQ(control_.cause(), make_cause(expected, "arm1", device_.text));
     EXPECT_FALSE(device_.active);
   }
+  device_.mode = DeviceMode::kNotReady;
+  wait(0.1);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_PROTECTIVE_STOP) << "not being ready does not hide why the device stopped";
   device_.mode = DeviceMode::kReady;
   wait(0.1);
   EXPECT_FALSE(device_.active);
@@ -409,6 +411,14 @@ TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
   EXPECT_TRUE(device_.active);
   EXPECT_EQ(device_.first_set_point, q());
   EXPECT_EQ(device_.configured, 1);
+}
+
+TEST_F(ArmControlTest, ReportsADeviceThatIsNotReadyAnyMore) {
+  run();
+  device_.text = "the robot is off";
+  device_.mode = DeviceMode::kNotReady;
+  wait(0.1);
+  EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_DEVICE_NOT_READY, "arm1", device_.text));
 }
 
 TEST_F(ArmControlTest, WaitsForADeviceThatStarts) {
