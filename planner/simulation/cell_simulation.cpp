@@ -106,8 +106,8 @@ class VirtualTimeSearches : public SearchExecutor {
       pending.search->set_obstacles(*scene_->obstacles);
     }
     pending.answer = pending.search->answer(question);
-    const auto periods = static_cast<double>(1 + pending.answer->checks / kChecksPerPeriod);
-    pending.arrives = now_ + (periods - 0.5) * scene_->control_period;
+    const auto periods = 1 + pending.answer->checks / kChecksPerPeriod;  // whole ones
+    pending.arrives = now_ + (static_cast<double>(periods) - 0.5) * scene_->control_period;
   }
 
   const Scene* scene_;

@@ -159,7 +159,7 @@ msg::Cause DeviceSession::cause_of_state() const {
 // only that it is not ready: why it stopped stays the reason until the supervisor holds the arm for it.
 msg::Cause DeviceSession::cause() const {
   if (failure_) return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, *failure_);
-  const msg::Cause present = cause_of_state();
+  msg::Cause present = cause_of_state();
   if (observed_ && state_.measured.q.size() > 0) {
     return observed_cause(setup_.arm);
   }

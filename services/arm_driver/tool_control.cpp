@@ -289,8 +289,8 @@ void ToolControl::settle() {
 device::DeviceResult ToolControl::start_moving() {
   if (!moves_by_signals()) return device_.move_outside(target_, force_);
   for (const auto& [name, value] : closing_ ? gripper_->close : gripper_->open) {
-    const auto found = std::find_if(options_.signals.begin(), options_.signals.end(),
-                                    [&](const config::SignalOptions& signal) { return signal.name == name; });
+    const auto is_it = [&wanted = name](const config::SignalOptions& signal) { return signal.name == wanted; };
+    const auto found = std::find_if(options_.signals.begin(), options_.signals.end(), is_it);
     if (auto failure = device_.set_signal(static_cast<std::size_t>(found - options_.signals.begin()), value)) {
       return failure;
     }

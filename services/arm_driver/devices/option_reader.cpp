@@ -28,7 +28,7 @@ void OptionReader::fail(std::string_view key, const std::string& value, const st
 }
 
 std::optional<std::string> OptionReader::address(std::string_view key) const {
-  const auto value = text(key);
+  auto value = text(key);
   in_addr parsed{};
   if (value && ::inet_pton(AF_INET, value->c_str(), &parsed) != 1) {
     fail(key, *value, "an IPv4 address, such as 192.168.0.10");

@@ -278,7 +278,7 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   [[nodiscard]] Condition stopped(const std::string& resume) const {
-    const Condition pause = paused();
+    Condition pause = paused();
     if (pause.mode != DeviceMode::kReady) return pause;
     return {DeviceMode::kProgramStopped,
             "the program on the robot has stopped, by a person or because set-points ceased for " +
