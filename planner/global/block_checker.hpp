@@ -8,7 +8,7 @@ namespace hecaton::planner::global::HECATON_ISA {
 namespace {
 
 /// Undecided pairs of one block; more count as collisions.
-constexpr int kMaxUndecided = 256;
+inline constexpr int kMaxUndecided = 256;
 
 /// A pair that balls do not decide. Without initial values, because lists of it are long and hardly used.
 struct Undecided {

@@ -10,20 +10,20 @@ namespace hecaton::planner::global::HECATON_ISA {
 namespace {
 
 /// Ways on which no point moves farther than this are not divided any more; they count as colliding [m].
-constexpr float kFinest = 2e-5F;
+inline constexpr float kFinest = 2e-5F;
 /// Exact distances are used where points leave their straight ways by less than this [m].
-constexpr float kStraight = 1e-3F;
+inline constexpr float kStraight = 1e-3F;
 /// Largest number of blocks for one edge; a grazing edge needs fewer.
-constexpr int kMaxBlocks = 4096;
+inline constexpr int kMaxBlocks = 4096;
 /// Undecided pairs of an edge at all levels; more count as a collision.
-constexpr int kMaxListed = 4096;
+inline constexpr int kMaxListed = 4096;
 /// Joint space that the first block of an edge covers at most [rad | m].
-constexpr float kLongestBlock = 4.0F;
+inline constexpr float kLongestBlock = 4.0F;
 /// Ways that one finer block divides.
-constexpr int kWindow = kFloats > 4 ? (kFloats > 8 ? 3 : 2) : 1;
-constexpr float kRoundedUp = 1.0F + 2e-5F;
+inline constexpr int kWindow = kFloats > 4 ? (kFloats > 8 ? 3 : 2) : 1;
+inline constexpr float kRoundedUp = 1.0F + 2e-5F;
 
-float larger(float a, float b) {
+inline float larger(float a, float b) {
   return a > b ? a : b;
 }
 

@@ -382,7 +382,7 @@ class Run:
         fastest = {arm: controller.order("state")["fastest"] * (math.pi / 180.0 if controller.degrees else 1.0)
                    for arm, controller in self.controllers.items() if "fastest" in controller.order("state")}
         result = {"goals_reached": sum(giver.reached for giver in givers), "goals_late": sum(giver.ended for giver in givers),
-                  "contacts": contact.get("contacts"), "min_separation_m": contact.get("min_separation_m"),
+                  "contacts": contact.get("contacts"), "min_separation_m": contact.get("min_separation_m"), "closest_pair": contact.get("closest_pair"),
                   "p50_s": times[len(times) // 2] if times else None, "p95_s": times[int(0.95 * len(times))] if times else None,
                   "duration_s": seconds, "largest_first_rad": self.largest_first, "fastest_rad_s": fastest,
                   "faults_without_event": len(self.uncaused),
