@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/joint_distance.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
@@ -100,8 +101,7 @@ void ArmController::go_around() {
     aside_.ahead = std::max(kFirstAhead, 2.0 * aside_.ahead);
     aside_.rejoin = std::min(duration, tracking.time + aside_.ahead);
     goal_ = tracking.at(aside_.rejoin).q;
-  } while (aside_.rejoin < duration &&
-           joint_difference(limits, setpoint_->q, *goal_).cwiseAbs().maxCoeff() < kLeastAround);
+  } while (aside_.rejoin < duration && farthest_joint(limits, setpoint_->q, *goal_) < kLeastAround);
   aside_.elapsed = 0.0;
   tracking.phase = TrackingPhase::kAside;
   tracking.rate = 0.0;
@@ -138,7 +138,7 @@ void ArmController::follow_trajectory(bool follows, const TickResult& result) {
   if (tracking.phase != TrackingPhase::kAside) return;
   const JointLimits& limits = geometry_.own_arm().limits;
   aside_.elapsed += progress_period();
-  if (joint_difference(limits, result.q, *goal_).cwiseAbs().maxCoeff() < kRejoins) {
+  if (farthest_joint(limits, result.q, *goal_) < kRejoins) {
     return_to_trajectory(aside_.rejoin);
   } else if (aside_.elapsed > kAroundTimeout && aside_.rejoin < tracking.trajectory->duration()) {
     go_around();

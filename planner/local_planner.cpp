@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/joint_distance.hpp"
 #include "planner/local/stop_path_check.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 
@@ -210,8 +211,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const JointVector& target = memory.detour.active ? memory.detour.q : input.q_goal;
   TrajectoryTracking& tracking = memory.tracking;
   const bool tracks = input.has_goal && tracking.follows();
-  const bool at_goal = !tracks && joint_difference(input.limits, input.q, input.q_goal).cwiseAbs().maxCoeff() <
-                                      input.parameters.goal_tolerance;
+  const bool at_goal = !tracks && farthest_joint(input.limits, input.q, input.q_goal) < input.parameters.goal_tolerance;
   const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
   memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
   const RightOfWayInput others{input.parameters, input.arms, input.self,

@@ -7,6 +7,7 @@
 
 #include "planner/collision/exact_distance.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/joint_distance.hpp"
 #include "planner/local/latency_compensation.hpp"
 #include "planner/local/stop_path_check.hpp"
 #include "planner/local_scene.hpp"
@@ -212,7 +213,7 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
     if (result.has_binding) result.binding = *found;
   }
   const bool at_goal = input.has_goal && !memory.local.tracking.follows() &&
-                       joint_difference(limits, input.q, q_goal).cwiseAbs().maxCoeff() < parameters.goal_tolerance &&
+                       farthest_joint(limits, input.q, q_goal) < parameters.goal_tolerance &&
                        input.qd.cwiseAbs().maxCoeff() < 10.0 * parameters.goal_tolerance;
   result.status = !input.has_goal        ? TickStatus::kIdle
                   : at_goal              ? TickStatus::kReached

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/joint_distance.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -33,10 +34,6 @@ constexpr double kNear = 0.2;
 constexpr double kAboutAsNear = 0.01;
 /// Path tolerances count from the path within this before and after the present time [s].
 constexpr double kPathWindow = 0.5;
-
-double lag(const JointLimits& limits, const JointVector& q, const JointVector& wanted) {
-  return joint_difference(limits, q, wanted).cwiseAbs().maxCoeff();
-}
 
 /// Longest rate that `velocity`, a velocity of the trajectory, allows within the velocity limits.
 double fastest_rate(const JointLimits& limits, const JointVector& velocity) {
@@ -100,7 +97,7 @@ Nearest nearest(const JointLimits& limits, const JointVector& q, const Trajector
   constexpr int kSamples = 256;
   std::array<double, kSamples + 1> distances;
   for (int i = 0; i <= kSamples; ++i) {
-    distances[i] = lag(limits, q, tracking.at(from + (to - from) * i / kSamples).q);
+    distances[i] = farthest_joint(limits, q, tracking.at(from + (to - from) * i / kSamples).q);
   }
   const double least = *std::min_element(distances.begin(), distances.end());
   const auto first = std::find_if(distances.begin(), distances.end(),
@@ -136,7 +133,7 @@ JointVector track(const JointLimits& limits, const JointVector& q, const JointVe
                   bool waits, TrajectoryTracking& tracking) {
   const double duration = tracking.trajectory->duration();
   const JointState now = tracking.at(tracking.time);
-  const double behind = lag(limits, q, now.q);
+  const double behind = farthest_joint(limits, q, now.q);
   const double longest = longest_lag(*tracking.trajectory);
   const double free = std::min(kFreeLag, 0.5 * longest);
   const double keeps_up = waits ? 0.0 : std::clamp((longest - behind) / (longest - free), 0.0, 1.0);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "planner/global/validity_kernel.hpp"
+#include "planner/local/joint_distance.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -22,10 +23,6 @@ constexpr double kPointTimeout = 4.0;
 /// The interval between questions grows by this factor, up to kMaxInterval [s].
 constexpr double kIntervalGrowth = 1.5;
 constexpr double kMaxInterval = 20.0;
-
-double farthest_joint(const JointLimits& limits, const JointVector& a, const JointVector& b) {
-  return joint_difference(limits, a, b).cwiseAbs().maxCoeff();
-}
 
 /// True if the reach of arm i comes within `influence` [m] of the own arm's.
 bool may_interact(const CellGeometry& geometry, int i, double influence) {

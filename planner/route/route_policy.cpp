@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "planner/local/joint_distance.hpp"
+
 namespace hecaton::planner {
 namespace {
 
@@ -89,7 +91,7 @@ std::optional<std::vector<JointVector>> RoutePolicy::receive(const RouteAnswer& 
   since_answer_ = 0.0;
   if (std::exchange(dropped_, false) || !controller.goal() || *controller.goal() != q_goal_) return std::nullopt;
   const JointLimits& limits = controller.geometry().own_arm().limits;
-  if (joint_difference(limits, controller.setpoint().q, q_).cwiseAbs().maxCoeff() > kAnswerTolerance) {
+  if (farthest_joint(limits, controller.setpoint().q, q_) > kAnswerTolerance) {
     return std::nullopt;
   }
   const bool was_on_route = controller.route().under_way();
