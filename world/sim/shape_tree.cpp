@@ -34,8 +34,8 @@ void ShapeTree::put(int number, const BoundingBox& box, double slack) {
   btDbvtNode*& leaf = leaves_[static_cast<std::size_t>(number)];
   const btDbvtVolume volume = btDbvtVolume::FromMM(box.least, box.greatest);
   if (leaf == nullptr) {
-    leaf = tree_->insert(
-        volume, reinterpret_cast<void*>(static_cast<std::intptr_t>(number)));  // NOLINT(performance-no-int-to-ptr)
+    leaf = tree_->insert(volume, nullptr);
+    leaf->dataAsInt = number;
   } else if (!leaf->volume.Contain(volume)) {
     const BoundingBox kept = box.grown(slack);
     btDbvtVolume larger = btDbvtVolume::FromMM(kept.least, kept.greatest);

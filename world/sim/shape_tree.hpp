@@ -1,7 +1,6 @@
 #pragma once
 /// Broad phase: a tree of boxes around shapes. Two readers may query it at the same time.
 
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -55,9 +54,7 @@ class ShapeTree {
   template <typename Visit>
   struct Visitor final : btDbvt::ICollide {
     explicit Visitor(const Visit& visit_given) : visit(visit_given) {}
-    void Process(const btDbvtNode* leaf) override {
-      visit(static_cast<int>(reinterpret_cast<std::intptr_t>(leaf->data)));
-    }
+    void Process(const btDbvtNode* leaf) override { visit(leaf->dataAsInt); }
     const Visit& visit;
   };
 
