@@ -72,7 +72,7 @@ TEST(WriterChanges, IgnoreALeaderThatDoesNotHearItsSuccessor) {
     now += 10ms;
     reported = reported || changes.note(endpoint(2), 44, now) || changes.note(endpoint(1), 21, now);
   }
-  EXPECT_FALSE(reported) << "nobody follows the term 21";
+  EXPECT_FALSE(reported) << "readers follow the term 44";
   for (int i = 0; i < 20; ++i) {
     now += 10ms;
     reported = changes.note(endpoint(static_cast<std::uint8_t>(2 + i % 2)), 44, now);

@@ -393,16 +393,21 @@ TEST_F(GoalManagerTest, EndsATrajectoryWhosePathIsLeft) {
   EXPECT_TRUE(takes_cancellation());
 }
 
-// It knows the goal from a status, and stands until it has the trajectory.
-TEST_F(GoalManagerTest, AwaitsTheTrajectoryOfAFollowedGoal) {
-  const msg::Goal sent = with_trajectory(goal("g"), 1.0);
+/// Of another planner, whose arm follows a trajectory that this one has not received.
+msg::GoalStatus on_trajectory_status() {
   msg::GoalStatus status;
   status.arm("arm1");
   status.goal("g");
   status.state(msg::GoalState::GOAL_ACTIVE);
   status.q_goal({0.25});
   status.trajectory_time(1.5);
-  ASSERT_TRUE(goals_.follow(status, now_));
+  return status;
+}
+
+// It knows the goal from a status, and stands until it has the trajectory.
+TEST_F(GoalManagerTest, AwaitsTheTrajectoryOfAFollowedGoal) {
+  const msg::Goal sent = with_trajectory(goal("g"), 1.0);
+  ASSERT_TRUE(goals_.follow(on_trajectory_status(), now_));
   EXPECT_TRUE(takes_cancellation());
   EXPECT_TRUE(goals_.awaits_trajectory());
   goals_.receive(sent, now_);
@@ -414,13 +419,7 @@ TEST_F(GoalManagerTest, AwaitsTheTrajectoryOfAFollowedGoal) {
 }
 
 TEST_F(GoalManagerTest, CancelsAGoalWhoseTrajectoryDoesNotArrive) {
-  msg::GoalStatus status;
-  status.arm("arm1");
-  status.goal("g");
-  status.state(msg::GoalState::GOAL_ACTIVE);
-  status.q_goal({0.25});
-  status.trajectory_time(1.5);
-  ASSERT_TRUE(goals_.follow(status, now_));
+  ASSERT_TRUE(goals_.follow(on_trajectory_status(), now_));
   goals_.progress(in(msg::GoalState::GOAL_ACTIVE), now_);
   goals_.progress(in(msg::GoalState::GOAL_ACTIVE), now_ + 9s);
   EXPECT_EQ(statuses().back().second, msg::GoalState::GOAL_BLOCKED);
