@@ -134,10 +134,10 @@ void ArmDriver::run() {
     note_lease();
     control_.write();
     update_tool();
+    publish_tool();  // before the reply to an order, so that its client sees where the fingers are
     handle_orders();
     update_state();
     publish_when_due();
-    publish_tool();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
   log_info("driver shuts down", {{"arm", name_}});

@@ -11,6 +11,8 @@ using msg::CauseKind;
 
 /// Delay before a failed device is configured again.
 constexpr std::chrono::seconds kRetry{1};
+// Longer than a supervisor needs to hear of a stop, also on a loaded machine.
+constexpr std::chrono::seconds kStopShown{1};
 
 std::string age_text(double age, double limit) {
   char text[128];
@@ -146,7 +148,10 @@ void DeviceSession::fail(const std::string& text) {
 
 void DeviceSession::leave() {
   device_.deactivate();
-  if (phase_ == Phase::kActive || phase_ == Phase::kActivating) latched_ = cause_of_state();
+  if (phase_ == Phase::kActive || phase_ == Phase::kActivating) {
+    latched_ = cause_of_state();
+    latched_at_ = now_;
+  }
   phase_ = Phase::kInactive;
 }
 
@@ -155,16 +160,16 @@ msg::Cause DeviceSession::cause_of_state() const {
   return kind == CauseKind::CAUSE_NONE ? msg::Cause() : make_cause(kind, setup_.arm, state_.text);
 }
 
-// While a device that has failed connects again, its failure is still the reason. A device that was stopped soon says
-// only that it is not ready: why it stopped stays the reason until the supervisor holds the arm for it.
+// While a device that has failed connects again, its failure is still the reason. A device that was stopped may say one
+// sample later only that it is not ready: why it stopped stays the reason for kStopShown, so that the supervisor sees it.
 msg::Cause DeviceSession::cause() const {
   if (failure_) return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, *failure_);
   msg::Cause present = cause_of_state();
   if (observed_ && state_.measured.q.size() > 0) {
     return observed_cause(setup_.arm);
   }
-  const bool is_stop = !is_none(present) && present.kind() != CauseKind::CAUSE_STARTING &&
-                       present.kind() != CauseKind::CAUSE_DEVICE_NOT_READY;
+  const bool hides_a_stop = present.kind() == CauseKind::CAUSE_DEVICE_NOT_READY && now_ - latched_at_ < kStopShown;
+  const bool is_stop = !is_none(present) && present.kind() != CauseKind::CAUSE_STARTING && !hides_a_stop;
   if (is_stop || !latched_) return present;
   return *latched_;
 }

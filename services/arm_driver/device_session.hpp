@@ -77,6 +77,7 @@ class DeviceSession {
   device::DeviceState state_;
   std::optional<std::string> failure_;
   std::optional<msg::Cause> latched_;
+  Clock::time_point latched_at_;
   bool observed_ = false;          ///< others move the arm
   Clock::time_point now_;          ///< of the last read()
   Clock::time_point measured_at_;  ///< of the measured state

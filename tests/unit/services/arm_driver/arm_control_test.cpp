@@ -403,6 +403,8 @@ TEST_F(ArmControlTest, ReportsAStopOfTheDeviceAsNoFailure) {
   device_.mode = DeviceMode::kNotReady;
   wait(0.1);
   EXPECT_EQ(kind(), CauseKind::CAUSE_PROTECTIVE_STOP) << "not being ready does not hide why the device stopped";
+  wait(1.0);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_DEVICE_NOT_READY) << "later a person reads what the device lacks now";
   device_.mode = DeviceMode::kReady;
   wait(0.1);
   EXPECT_FALSE(device_.active);
