@@ -171,8 +171,8 @@ ToolGoalAnswer resolve_tool_goal(const Arm& arm, const ToolGoal& goal, const Joi
   return ToolGoalResolver(arm, goal, q_now, check).resolve();
 }
 
-std::string error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal, double tolerance,
-                          const ToolGoal* tool) {
+std::optional<std::string> error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal,
+                                         double tolerance, const ToolGoal* tool) {
   const JointVector off = joint_difference(arm.limits, q, q_goal).cwiseAbs();
   Eigen::Index worst = 0;
   if (off.size() > 0 && !(off.maxCoeff(&worst) <= tolerance)) {
@@ -181,11 +181,11 @@ std::string error_at_goal(const Arm& arm, const JointVector& q, const JointVecto
         << off[worst] << " from its goal (tolerance " << tolerance << ")";
     return out.str();
   }
-  if (tool == nullptr) return {};
+  if (tool == nullptr) return std::nullopt;
   Kinematics kinematics;
   forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
   const ToolError error = tool_error(*tool, kinematics.X_WT);
-  if (within_tolerance(*tool, error)) return {};
+  if (within_tolerance(*tool, error)) return std::nullopt;
   const auto text = [&](const ToolError& of) {
     return tool->free_rotation == FreeRotation::kAll ? millimetres_text(of.position) : error_text(of);
   };

@@ -58,7 +58,7 @@ using ConfigurationCheck = std::function<std::optional<Rejection>(const JointVec
 /// The error of an arm at `q` from its goal: what it is and what is allowed, as the end of a sentence. Empty when every
 /// joint is within `tolerance` [rad | m] of `q_goal`, and, if there is a tool goal, the tool is within its tolerances.
 /// `tool` may be null.
-[[nodiscard]] std::string error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal,
-                                        double tolerance, const ToolGoal* tool);
+[[nodiscard]] std::optional<std::string> error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal,
+                                                       double tolerance, const ToolGoal* tool);
 
 }  // namespace hecaton::planner

@@ -30,7 +30,7 @@ bool positive(double value) {
 
 }  // namespace
 
-std::string LocalParameters::validate() const {
+std::optional<std::string> LocalParameters::validate() const {
   const struct {
     const char* key;
     double value;
@@ -74,7 +74,7 @@ std::string LocalParameters::validate() const {
   if (!std::isfinite(coordination.stall_timeout) || coordination.stall_timeout < 0.0) {
     return sentence("coordination.stall_timeout", coordination.stall_timeout, "0 (never) or a time in seconds");
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace hecaton::planner

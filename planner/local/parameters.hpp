@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace hecaton::planner {
@@ -99,8 +100,8 @@ struct LocalParameters {
   double acceleration_of_obstacles = 2.0;  ///< assumed bound for margins against aged states [m/s²]
   double state_age_limit = 0.25;           ///< an older state of an arm or obstacle stops this arm [s]
 
-  /// Empty if consistent; otherwise one sentence with key, value and rule. MotionMethod::validate checks the method.
-  [[nodiscard]] std::string validate() const;
+  /// Nothing if consistent; otherwise one sentence with key, value and rule. MotionMethod::validate checks the method.
+  [[nodiscard]] std::optional<std::string> validate() const;
 };
 
 }  // namespace hecaton::planner

@@ -217,14 +217,14 @@ class Episodes {
     report.ended_early = complete < count() && ended();
     report.not_drawn = std::min(report.ended_early ? failed * arms_ : options_.tasks, options_.tasks - report.tasks);
     if (failure == nullptr) return report;
-    report.failure = "cell '" + cell_.name + "': ";
-    report.failure += report.ended_early
-                          ? std::to_string(report.not_drawn) + " tasks could not be drawn; for the first, "
-                      : report.tasks > 0 ? std::to_string(report.tasks) + " of " + std::to_string(options_.tasks) +
-                                               " tasks could be drawn; for the first of the others, "
-                                         : "no task could be drawn in " + std::to_string(failed) +
-                                               (failed == 1 ? " episode: " : " episodes: for the first, ");
-    report.failure += *failure;
+    report.failure =
+        "cell '" + cell_.name + "': " +
+        (report.ended_early ? std::to_string(report.not_drawn) + " tasks could not be drawn; for the first, "
+         : report.tasks > 0 ? std::to_string(report.tasks) + " of " + std::to_string(options_.tasks) +
+                                  " tasks could be drawn; for the first of the others, "
+                            : "no task could be drawn in " + std::to_string(failed) +
+                                  (failed == 1 ? " episode: " : " episodes: for the first, ")) +
+        *failure;
     return report;
   }
 

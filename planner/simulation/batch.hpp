@@ -90,10 +90,10 @@ struct BatchReport {
   std::vector<double> reach_times;  ///< of the goals reached, in task order [s]
   ComputingTimes computing;         ///< if measured
   std::vector<ArmTally> arms;
-  std::vector<MissedTask> missed;  ///< in task order
-  int not_drawn = 0;               ///< tasks without free starts and goals
-  bool ended_early = false;        ///< by BatchOptions::ended
-  std::string failure;             ///< one sentence if some tasks could not be drawn; empty otherwise
+  std::vector<MissedTask> missed;      ///< in task order
+  int not_drawn = 0;                   ///< tasks without free starts and goals
+  bool ended_early = false;            ///< by BatchOptions::ended
+  std::optional<std::string> failure;  ///< a sentence if some tasks could not be drawn
 };
 
 /// Simulates random tasks of a cell. Starts and goals depend on the seed and the cell only, so that methods can be

@@ -323,9 +323,8 @@ class Episode {
       arm.reversals = arms_[i].reversals.total();
       // As live: the set-point and the measured position are at the goal.
       const bool reached =
-          result.status == TickStatus::kReached && error_at_goal(cell_.arms[i].arm, arms_[i].drive.q(), goals[i],
-                                                                 cell_.arms[i].parameters.goal_tolerance, nullptr)
-                                                       .empty();
+          result.status == TickStatus::kReached && !error_at_goal(cell_.arms[i].arm, arms_[i].drive.q(), goals[i],
+                                                                  cell_.arms[i].parameters.goal_tolerance, nullptr);
       if (reached && arm.outcome != TaskOutcome::kReached) {
         arm.outcome = TaskOutcome::kReached;
         arm.time = now;
@@ -368,9 +367,8 @@ class Episode {
     const TickResult& result = arms_[i].result;
     const JointVector& q = arms_[i].drive.q();
     if (result.status == TickStatus::kReached) {
-      const std::string error =
-          error_at_goal(cell_.arms[i].arm, q, goal, cell_.arms[i].parameters.goal_tolerance, nullptr);
-      return error.empty() ? "it has left its goal again" : "the drive does not follow: " + error;
+      const auto error = error_at_goal(cell_.arms[i].arm, q, goal, cell_.arms[i].parameters.goal_tolerance, nullptr);
+      return error ? "the drive does not follow: " + *error : "it has left its goal again";
     }
     if (result.status == TickStatus::kStaleInput) {
       return result.stale_arm < 0

@@ -57,8 +57,8 @@ JointState TimedTrajectory::at(double time) const {
   return interpolate(points[after - 1], points[after], time);
 }
 
-std::string objection(const TimedTrajectory& trajectory, const JointLimits& limits,
-                      const std::vector<std::string>& joint_names) {
+std::optional<std::string> objection(const TimedTrajectory& trajectory, const JointLimits& limits,
+                                     const std::vector<std::string>& joint_names) {
   std::ostringstream out;
   out << std::setprecision(6) << "trajectory: ";
   const Eigen::Index joints = limits.lower.size();
@@ -100,7 +100,7 @@ std::string objection(const TimedTrajectory& trajectory, const JointLimits& limi
     out << "path_tolerance must have " << joints << " numbers above 0";
     return out.str();
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace hecaton::planner

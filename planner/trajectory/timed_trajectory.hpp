@@ -2,6 +2,7 @@
 /// A joint trajectory with times, as a client sends it, and its interpolation.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,8 @@ struct TimedTrajectory {
 };
 
 /// Why an arm cannot follow `trajectory`, as one sentence: its sizes, times, values, limits, or the velocity at its
-/// end. Empty: it can.
-[[nodiscard]] std::string objection(const TimedTrajectory& trajectory, const JointLimits& limits,
-                                    const std::vector<std::string>& joint_names);
+/// end. Nothing: it can.
+[[nodiscard]] std::optional<std::string> objection(const TimedTrajectory& trajectory, const JointLimits& limits,
+                                                   const std::vector<std::string>& joint_names);
 
 }  // namespace hecaton::planner

@@ -37,6 +37,10 @@ constexpr std::array<std::uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xC2};
 constexpr std::size_t kHeader = 20;
 constexpr std::int64_t kLargestNumber = std::int64_t{1} << 62;
 
+std::optional<std::string_view> unless(bool good, std::string_view why) {
+  return good ? std::nullopt : std::optional(why);
+}
+
 }  // namespace
 
 /// Reads numbers of a submessage; false beyond its end.
@@ -168,19 +172,20 @@ bool DatagramCheck::is_departure(const Submessage& submessage) {
   return false;
 }
 
-std::string_view DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Clock::time_point now) {
-  if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return {};
+std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Clock::time_point now) {
+  if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return std::nullopt;
   Prefix sender{};
   std::copy_n(datagram.data() + 8, sender.size(), sender.begin());
-  std::string_view why;
+  std::optional<std::string_view> why;
   const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
     why = refuse(submessage, sender, now);
-    return !why.empty();
+    return why.has_value();
   });
   return whole ? why : "a submessage is longer than its datagram";
 }
 
-std::string_view DatagramCheck::refuse(const Submessage& submessage, const Prefix& sender, Clock::time_point now) {
+std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessage, const Prefix& sender,
+                                                      Clock::time_point now) {
   Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
   Guid writer{};
   std::copy(sender.begin(), sender.end(), writer.begin());
@@ -193,12 +198,12 @@ std::string_view DatagramCheck::refuse(const Submessage& submessage, const Prefi
       constexpr std::size_t kPrefixAt = 8;
       const bool own = submessage.body.size() >= kPrefixAt + sender.size() &&
                        std::equal(sender.begin(), sender.end(), submessage.body.begin() + kPrefixAt);
-      return own ? "" : "a submessage speaks for another participant";
+      return unless(own, "a submessage speaks for another participant");
     }
     case submessage::kData: {
       if (!reader.skip(4) || !endpoints() || !reader.number(first)) return "a sample is cut off";
       if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
-      return follows(writer, first, now) ? "" : "the number of a sample leaps";
+      return unless(follows(writer, first, now), "the number of a sample leaps");
     }
     case submessage::kDataFragment: {
       std::uint32_t fragment = 0;
@@ -217,38 +222,38 @@ std::string_view DatagramCheck::refuse(const Submessage& submessage, const Prefi
       }
       const std::uint64_t all = (std::uint64_t{sample_bytes} + fragment_bytes - 1) / fragment_bytes;
       if (std::uint64_t{fragment} + fragments - 1 > all) return "a fragment is beyond the end of its sample";
-      return follows(writer, first, now) ? "" : "the number of a sample leaps";
+      return unless(follows(writer, first, now), "the number of a sample leaps");
     }
     case submessage::kHeartbeat: {
       if (!endpoints() || !reader.number(first) || !reader.number(last)) return "a heartbeat is cut off";
       if (first < 1 || last < first - 1 || last > kLargestNumber) return "the range of a heartbeat is out of range";
-      return follows(writer, std::max(first, last), now) ? "" : "the range of a heartbeat leaps";
+      return unless(follows(writer, std::max(first, last), now), "the range of a heartbeat leaps");
     }
     case submessage::kGap: {
       if (!endpoints() || !reader.number(first) || !reader.number(last) || !reader.bitmap()) return "a gap is cut off";
       if (first < 1 || last < first || last > kLargestNumber) return "the range of a gap is out of range";
       if (last - std::max(first, last_of(writer) + 1) > kMostSkipped) return "a gap skips more than 131072 samples";
-      return follows(writer, last, now) ? "" : "the range of a gap leaps";
+      return unless(follows(writer, last, now), "the range of a gap leaps");
     }
     case submessage::kAckNack: {
       if (!reader.skip(8) || !reader.number(first) || !reader.bitmap()) return "an acknowledgement is cut off";
-      return first >= 0 && first <= kLargestNumber ? "" : "the number of an acknowledgement is out of range";
+      return unless(first >= 0 && first <= kLargestNumber, "the number of an acknowledgement is out of range");
     }
     case submessage::kNackFragments: {
       std::uint32_t fragment = 0;
       if (!reader.skip(8) || !reader.number(first) || !reader.read(fragment) || !reader.bitmap()) {
         return "a request of fragments is cut off";
       }
-      return first >= 1 && first <= kLargestNumber && fragment >= 1 ? "" : "a request of fragments is out of range";
+      return unless(first >= 1 && first <= kLargestNumber && fragment >= 1, "a request of fragments is out of range");
     }
     case submessage::kHeartbeatFragments: {
       std::uint32_t fragment = 0;
       if (!endpoints() || !reader.number(first) || !reader.read(fragment)) return "a heartbeat is cut off";
       const bool usable = first >= 1 && first <= kLargestNumber && fragment <= kMostSampleBytes;
-      return usable ? "" : "a heartbeat of fragments is out of range";
+      return unless(usable, "a heartbeat of fragments is out of range");
     }
     default:
-      return {};
+      return std::nullopt;
   }
 }
 

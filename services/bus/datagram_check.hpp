@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <unordered_map>
@@ -37,9 +38,9 @@ class DatagramCheck {
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
   static constexpr std::size_t kWriters = 8192;
 
-  /// Why the datagram must not reach the middleware, as a sentence; empty: it may. Datagrams of other protocols pass,
+  /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,
   /// because the middleware ignores them.
-  [[nodiscard]] std::string_view refuse(std::span<const std::uint8_t> datagram, Clock::time_point now);
+  [[nodiscard]] std::optional<std::string_view> refuse(std::span<const std::uint8_t> datagram, Clock::time_point now);
   /// True when a participant announces that it leaves (RTPS 2.2, section 8.5.3.2). The middleware must not receive it.
   /// Fast DDS 2.9.1 and 3.1 abort the process when a departure meets their check of that participant's lease. An
   /// intruder could also forge it. The lease removes a participant that has left.
@@ -72,7 +73,8 @@ class DatagramCheck {
   template <class Visit>
   static bool visit_submessages(std::span<const std::uint8_t> datagram, Visit visit);
   [[nodiscard]] static bool is_departure(const Submessage& submessage);
-  [[nodiscard]] std::string_view refuse(const Submessage& submessage, const Prefix& sender, Clock::time_point now);
+  [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Prefix& sender,
+                                                       Clock::time_point now);
 
   std::mutex mutex_;
   std::unordered_map<Guid, Writer, Hash> writers_;

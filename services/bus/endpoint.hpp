@@ -56,8 +56,9 @@ class Writer {
   /// Blocks until all matched reliable readers have acknowledged all samples; false after the time-out.
   [[nodiscard]] bool wait_acknowledged(Clock::duration timeout) const;
   [[nodiscard]] EndpointId id() const;  ///< as in Sample::writer
-  /// Why each node of the cell would refuse this sample, see wire_rules.hpp; empty: none would. Costs a serialisation.
-  [[nodiscard]] static std::string refusal_of(const T& sample);
+  /// Why each node of the cell would refuse this sample, see wire_rules.hpp; nothing: none would. Costs a
+  /// serialisation.
+  [[nodiscard]] static std::optional<std::string> refusal_of(const T& sample);
 
  private:
   struct Impl;

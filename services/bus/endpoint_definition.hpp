@@ -163,7 +163,7 @@ EndpointId Writer<T>::id() const {
   return impl_->id();
 }
 template <class T>
-std::string Writer<T>::refusal_of(const T& sample) {
+std::optional<std::string> Writer<T>::refusal_of(const T& sample) {
   const TopicRule* rule = rule_of<T>();
   if (!rule) return {};
   static GuardedType<T> support;  // kept: the generated constructor is slow for nested types
@@ -196,7 +196,7 @@ struct Reader<T>::Impl : ReaderBase {
         counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true});
       } else if (scratch.schema() != schema) {
         ++counters_.unreadable;
-        if (!last_check.refusal.empty()) refuse(info, RefusalKind::kMalformed, last_check.refusal);
+        if (last_check.refusal) refuse(info, RefusalKind::kMalformed, *last_check.refusal);
       } else {
         std::string key = key_of(scratch);
         if (!admit(info, key, last_check.largest_term, most_a_second)) continue;

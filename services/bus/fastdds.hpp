@@ -378,7 +378,7 @@ class GuardedSupport : public Base {
   /// Returns true always, because a refused payload would stay in the history. The reader drops samples of schema 0.
   bool guarded_read(rtps::SerializedPayload_t& payload, T& sample) {
     last_check = check(payload);
-    if (last_check.refusal.empty() && !last_check.other_schema) {
+    if (!last_check.refusal && !last_check.other_schema) {
       if (decode(payload, sample)) return true;
       last_check.refusal = "it cannot be decoded";
     }

@@ -48,8 +48,9 @@ class FilteringTransport : public FrontTransport {
     constexpr std::size_t kPrefixAt = 8;
     if (size < kPrefixAt + sender.size()) return;
     std::copy_n(data + kPrefixAt, sender.size(), sender.begin());
-    const std::string_view malformed = filter_->datagrams.refuse({data, size}, Clock::now());
-    if (!malformed.empty()) return refuse(sender, malformed, remote);
+    if (const auto malformed = filter_->datagrams.refuse({data, size}, Clock::now())) {
+      return refuse(sender, *malformed, remote);
+    }
     if (filter_->quarantine.is_revoked(sender)) return refuse(sender, "its keys are revoked", remote);
     if (!filter_->quarantine.accepts(sender, Clock::now())) return;
     if (DatagramCheck::announces_departure({data, size})) return;

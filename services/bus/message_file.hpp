@@ -13,7 +13,7 @@ namespace hecaton::bus {
 
 struct ReadMessage {
   std::optional<msg::WorldCheckpoint> message;
-  std::string error;  ///< a sentence when the file exists and is unreadable or damaged
+  std::optional<std::string> error;  ///< a sentence when the file exists and is unreadable or damaged
 };
 /// Reads the file at `path`. Without such a file both members are empty.
 [[nodiscard]] ReadMessage read_message(const std::string& path);

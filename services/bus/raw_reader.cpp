@@ -152,7 +152,7 @@ class TypedRawReader : public AnyRawReader, private ReaderBase {
     const T& value = scratch_.value;
     if (value.schema() != schema_) {
       ++counters_.unreadable;
-      if (!last_check.refusal.empty()) refuse(info, RefusalKind::kMalformed, last_check.refusal);
+      if (last_check.refusal) refuse(info, RefusalKind::kMalformed, *last_check.refusal);
       return false;
     }
     sample.key = key_of(value);

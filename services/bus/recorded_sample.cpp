@@ -25,7 +25,7 @@ template <class T>
 DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes) {
   const CheckedSample checked = check_sample(*rule_of<T>(), bytes);
   if (checked.other_schema) return {std::nullopt, true};
-  if (!checked.refusal.empty()) return {};
+  if (checked.refusal) return {};
   std::optional<T> value(std::in_place);
   const std::uint32_t schema = value->schema();
   support_of_thread<T>().read(std::string(bytes.begin(), bytes.end()), *value);
@@ -37,7 +37,7 @@ template <class T>
 std::vector<std::uint8_t> encode_recorded(const T& sample) {
   const std::string text = support_of_thread<T>().bytes_of(sample);
   std::vector<std::uint8_t> bytes(text.begin(), text.end());
-  if (!check_sample(*rule_of<T>(), bytes).refusal.empty()) bytes.clear();
+  if (check_sample(*rule_of<T>(), bytes).refusal) bytes.clear();
   return bytes;
 }
 

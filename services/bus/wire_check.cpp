@@ -62,7 +62,7 @@ class Walker {
     return refuse(std::string(type) + " has " + std::to_string(bytes_.size() - at_) + " bytes too many");
   }
 
-  [[nodiscard]] std::string take_refusal() { return std::move(refusal_); }
+  [[nodiscard]] std::optional<std::string> take_refusal() { return std::move(refusal_); }
   [[nodiscard]] std::uint64_t largest_term() const { return largest_term_; }
 
  private:
@@ -125,7 +125,7 @@ class Walker {
   bool within(const FieldRule& field, std::optional<std::uint32_t> index = {}) {
     std::string name(field.name);
     if (index) name += "[" + std::to_string(*index) + "]";
-    refusal_ = name + "." + refusal_;
+    refusal_ = name + "." + *refusal_;
     return false;
   }
 
@@ -191,8 +191,8 @@ class Walker {
     const std::string_view value(reinterpret_cast<const char*>(bytes_.data()) + at_, size - 1);
     if (bytes_[at_ + size - 1] != 0) return refuse(std::string(field.name) + " does not end with 0");
     at_ += size;
-    const std::string_view why = unprintable(value, field.kind == FieldKind::kText);
-    return why.empty() || refuse(std::string(field.name).append(" has ").append(why));
+    const auto why = unprintable(value, field.kind == FieldKind::kText);
+    return !why || refuse(std::string(field.name).append(" has ").append(*why));
   }
 
   bool names(const FieldRule& field) {
@@ -218,12 +218,12 @@ class Walker {
   bool swapped_;
   std::size_t at_ = 0;
   std::uint64_t largest_term_ = 0;
-  std::string refusal_;
+  std::optional<std::string> refusal_;
 };
 
 }  // namespace
 
-std::string_view unprintable(std::string_view text, bool lines) {
+std::optional<std::string_view> unprintable(std::string_view text, bool lines) {
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<std::uint8_t>(text[i]);
     const bool control = byte < 0x20 || byte == 0x7F;
@@ -232,7 +232,7 @@ std::string_view unprintable(std::string_view text, bool lines) {
     if (length == 0) return "a character that is not printable UTF-8";
     i += length;
   }
-  return {};
+  return std::nullopt;
 }
 
 std::string printable(std::string_view text, std::size_t most) {
@@ -252,12 +252,12 @@ std::string printable(std::string_view text, std::size_t most) {
 CheckedSample check_sample(const TopicRule& rule, std::span<const std::uint8_t> bytes) {
   const std::string type(bytes.size() > rule.most_bytes || bytes.size() < kEncapsulation ? rule.sample.name : "");
   if (bytes.size() > rule.most_bytes) {
-    return {type + " has " + std::to_string(bytes.size()) + " bytes, at most " + std::to_string(rule.most_bytes) +
-            " are allowed"};
+    return {.refusal = type + " has " + std::to_string(bytes.size()) + " bytes, at most " +
+                       std::to_string(rule.most_bytes) + " are allowed"};
   }
-  if (bytes.size() < kEncapsulation) return {type + " is cut off"};
+  if (bytes.size() < kEncapsulation) return {.refusal = type + " is cut off"};
   const bool plain = bytes[0] == 0 && bytes[1] <= 1;  // CDR_BE, CDR_LE
-  if (!plain) return {"its encoding is not plain CDR"};
+  if (!plain) return {.refusal = "its encoding is not plain CDR"};
   const bool little = bytes[1] == 1;
   Walker walker(bytes.subspan(kEncapsulation), little != (std::endian::native == std::endian::little));
   const auto& version = rule.sample.fields.front();

@@ -72,16 +72,16 @@ constexpr std::uint32_t kMostBytes = 1U << 20U;
 constexpr std::uint32_t kLongestName = 200;
 
 struct CheckedSample {
-  std::string refusal{};           ///< a sentence, with the field and its value; empty: the sample keeps every rule
-  std::uint64_t largest_term = 0;  ///< of its fields of kind kTerm
-  bool other_schema = false;       ///< nothing but its schema version was checked: it must not be decoded
+  std::optional<std::string> refusal{};  ///< a sentence, with the field and its value; nothing: every rule is kept
+  std::uint64_t largest_term = 0;        ///< of its fields of kind kTerm
+  bool other_schema = false;             ///< nothing but its schema version was checked: it must not be decoded
 };
 /// Checks a serialised sample with its encapsulation.
 [[nodiscard]] CheckedSample check_sample(const TopicRule& rule, std::span<const std::uint8_t> bytes);
 
-/// Why `text` is no printable UTF-8: control characters, directional overrides and invalid sequences. Empty: it is.
+/// Why `text` is no printable UTF-8: control characters, directional overrides and invalid sequences. Nothing: it is.
 /// `lines`: line breaks and tabs are allowed.
-[[nodiscard]] std::string_view unprintable(std::string_view text, bool lines = false);
+[[nodiscard]] std::optional<std::string_view> unprintable(std::string_view text, bool lines = false);
 /// `text` with "?" for each byte that is not part of printable UTF-8, at most `most` bytes long.
 [[nodiscard]] std::string printable(std::string_view text, std::size_t most);
 

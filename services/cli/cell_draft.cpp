@@ -456,7 +456,7 @@ DraftArm parse_draft_arm(const std::string& word) {
   if (!placed) return arm;
   const ParsedNumbers parsed = parse_numbers({word.substr(at + 1)}, 0);
   const std::size_t count = parsed.numbers.size();
-  if (!parsed.error.empty() || (count != 3 && count != 6)) refuse(form);
+  if (parsed.error || (count != 3 && count != 6)) refuse(form);
   std::copy(parsed.numbers.begin(), parsed.numbers.end(), arm.base.begin());
   const bool near =
       std::all_of(arm.base.begin(), arm.base.end(), [](double x) { return std::abs(x) <= config::kFarthest; });

@@ -1,4 +1,4 @@
-/// hecaton bag info|export: what a recording contains, and its messages as CSV.
+/// hecaton bag info|export: what a recording contains, and its messages as CSV or as a bag of ROS 2.
 
 #include <array>
 #include <cstdio>
@@ -9,11 +9,14 @@
 #include <CLI/CLI.hpp>
 
 #include "services/cli/commands.hpp"
+#include "services/cli/opened_recording.hpp"
 #include "services/command_line/document.hpp"
+#include "services/command_line/long_work.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/text.hpp"
 #include "services/recorder/bag.hpp"
+#include "services/replay/ros2_bag.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -22,6 +25,7 @@ struct Options {
   std::string file;
   std::optional<std::string> folder;
   bool csv = false;
+  bool ros2 = false;
 };
 
 /// Why the file is not whole, as sentences; empty: it is.
@@ -140,9 +144,31 @@ ExitCode show_info(const Settings& settings, const Options& options) {
   }
 }
 
+ExitCode export_ros2(const Settings& settings, const Options& options) {
+  const auto recording = open_recording({options.file});
+  std::vector<replay::Ros2BagTopic> topics;
+  try {
+    Progress progress;
+    topics = replay::export_ros2_bag(recording->index, recording->files.cell, *options.folder, [&](double share) {
+      progress.show("writing " + *options.folder, share * 100.0, 100.0, "%");
+    });
+  } catch (const recorder::RecordingError& error) {
+    throw Failure(ExitCode::kBadInput, error.what());
+  }
+  Json json = Json::array();
+  Table table({{"topic"}, {"type"}, {"messages", Align::kRight}});
+  for (const replay::Ros2BagTopic& topic : topics) {
+    json.push_back({{"topic", topic.name}, {"type", topic.type}, {"messages", topic.messages}});
+    table.add({topic.name, topic.type, std::to_string(topic.messages)});
+  }
+  print(settings, {{"folder", *options.folder}, {"topics", json}}, table.text(Palette::for_stream(stdout)));
+  return ExitCode::kDone;
+}
+
 ExitCode export_bag(const Settings& settings, const Options& options) {
-  if (!options.csv) throw Failure(ExitCode::kUsage, "bag export needs the format: --csv");
+  if (options.csv == options.ros2) throw Failure(ExitCode::kUsage, "bag export needs one format: --csv or --ros2");
   if (!options.folder) throw Failure(ExitCode::kUsage, "bag export needs the folder to write into: -o DIR");
+  if (options.ros2) return export_ros2(settings, options);
   try {
     const recorder::ExportReport report = recorder::export_csv(options.file, *options.folder);
     Json files = Json::array();
@@ -177,11 +203,16 @@ void add_bag(CLI::App& app, Session& session) {
   info->footer("Exit code 1: the recording has no end or is damaged; what its CRCs prove is shown.");
   info->callback(
       [&session, options] { session.action = [&session, options] { return show_info(session.settings, *options); }; });
-  CLI::App* exporter = add_file_command(*bag, "export", "Writes a CSV file for each topic", *options);
-  exporter->add_option("-o,--folder", options->folder, "folder of the files; existing files stay")->type_name("DIR");
+  CLI::App* exporter = add_file_command(*bag, "export", "Writes CSV files, or a bag of ROS 2", *options);
+  exporter
+      ->add_option("-o,--folder", options->folder,
+                   "folder of the files; existing files stay, and a bag needs a new folder")
+      ->type_name("DIR");
   exporter->add_flag("--csv", options->csv, "comma-separated values (RFC 4180), one row a message");
+  exporter->add_flag("--ros2", options->ros2, "the topics of hecaton-ros2, for 'ros2 bag play' and Foxglove");
   exporter->footer(
-      "The first columns are the times of arrival and of writing [ns since 1970] and the writer. Then come the fields "
+      "In CSV the first columns are the times of arrival and of writing [ns since 1970] and the writer. Then come the "
+      "fields "
       "of the message; an enumerator is its number, counted from 0.");
   exporter->callback(
       [&session, options] { session.action = [&session, options] { return export_bag(session.settings, *options); }; });

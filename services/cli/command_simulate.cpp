@@ -194,9 +194,9 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (recording) finish_recording(*recording, options.record);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
   if (batch.tasks == 0 && !batch.ended_early) {
-    throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure);
+    throw Failure(ExitCode::kBadInput, file.path + ": tasks: " + batch.failure.value_or("none was asked for"));
   }
-  if (!batch.failure.empty()) warn(findings, batch.failure);
+  if (batch.failure) warn(findings, *batch.failure);
   const std::optional<Interrupted> interrupted = watch.interrupted(batch);
 
   const double running = 1e-6 * batch.computing.run_us;

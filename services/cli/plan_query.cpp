@@ -67,7 +67,7 @@ std::vector<double> configuration(const std::string& option, const std::string& 
   }
   if (named) return values;
   const ParsedNumbers parsed = parse_numbers({text}, joints);
-  if (!parsed.error.empty()) {
+  if (parsed.error) {
     refuse(option, text, std::to_string(joints) + " numbers, or the name of a pose that every planned arm has");
   }
   for (const double number : parsed.numbers) {

@@ -55,8 +55,9 @@ bus::Participant visit(const config::CellFile& file, int domain, const std::stri
 /// Throws InvalidArgument when the receivers would refuse the message.
 template <class T>
 void require_acceptable(const T& message) {
-  const std::string refusal = bus::Writer<T>::refusal_of(message);
-  if (!refusal.empty()) throw InvalidArgument(std::string(bus::Topic<T>::kInfo.type) + ": " + refusal);
+  if (const auto refusal = bus::Writer<T>::refusal_of(message)) {
+    throw InvalidArgument(std::string(bus::Topic<T>::kInfo.type) + ": " + *refusal);
+  }
 }
 
 }  // namespace

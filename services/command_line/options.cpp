@@ -95,7 +95,7 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& name, std::vector<dou
                          const std::string& description, const std::optional<config::Bounds>& bounds) {
   const auto set = [name, &numbers, count, bounds](const std::vector<std::string>& words) {
     ParsedNumbers parsed = parse_numbers(words, count);
-    if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
+    if (parsed.error) throw Failure(ExitCode::kBadInput, name + ": " + *parsed.error);
     for (const double number : parsed.numbers) {
       if (!bounds || bounds->allow(number)) continue;
       refuse(name, config::number_text(number), "a number " + bounds->text());
@@ -112,7 +112,7 @@ CLI::Option* add_pose(CLI::App& app, const std::string& name, std::vector<double
   const auto set = [name, &xyz_rpy](const std::vector<std::string>& words) {
     constexpr std::array kParts = {" x", " y", " z", " roll", " pitch", " yaw"};
     ParsedNumbers parsed = parse_numbers(words, kParts.size());
-    if (!parsed.error.empty()) throw Failure(ExitCode::kBadInput, name + ": " + parsed.error);
+    if (parsed.error) throw Failure(ExitCode::kBadInput, name + ": " + *parsed.error);
     for (std::size_t i = 0; i < kParts.size(); ++i) {
       const config::Bounds& bounds = i < 3 ? config::kCoordinate : config::kAngle;
       if (bounds.allow(parsed.numbers[i])) continue;

@@ -56,7 +56,7 @@ CLI::Option* add_choices(CLI::App& app, const std::string& name, std::vector<std
 
 struct ParsedNumbers {
   std::vector<double> numbers;
-  std::string error;  ///< a sentence; empty: `numbers` is valid
+  std::optional<std::string> error;  ///< a sentence; nothing: `numbers` is valid
 };
 /// The finite numbers in `words`: `count` of them, or at least one when `count` is 0.
 [[nodiscard]] ParsedNumbers parse_numbers(const std::vector<std::string>& words, std::size_t count);

@@ -74,8 +74,8 @@ struct ShapeRules {
                      unless(kExtent, key + ".height", 2.0 * cylinder.half_length)});
   }
   Answer operator()(const world::Convex& convex) const {
-    if (std::string reason = world::why_invalid(world::Shape{convex}); !reason.empty()) {
-      return Complaint{key, "a convex hull", "one that encloses a volume, but " + reason};
+    if (const auto reason = world::why_invalid(world::Shape{convex})) {
+      return Complaint{key, "a convex hull", "one that encloses a volume, but " + *reason};
     }
     for (const Eigen::Vector3d& vertex : convex.hull->vertices) {
       if (auto answer = unless(kCoordinate, key + ".vertices", vertex)) return answer;
@@ -105,9 +105,8 @@ struct MotionRules {
     moved.name = obstacle.name;
     moved.shapes = obstacle.shapes;
     moved.motion = motion;
-    const std::string reason = world::why_invalid(moved);
-    return reason.empty() ? std::nullopt
-                          : Answer(Complaint{"motion.poses", count, "possible to follow, but " + reason});
+    const auto reason = world::why_invalid(moved);
+    return reason ? Answer(Complaint{"motion.poses", count, "possible to follow, but " + *reason}) : std::nullopt;
   }
   Answer operator()(const world::CircleMotion& motion) const {
     if (auto answer =

@@ -181,9 +181,8 @@ planner::LocalParameters read_parameters(const ArmView& view, const ArmSections&
     read_seconds(*map, "state_age_limit", {0.001, 10.0, "s"}, parameters.state_age_limit);
   }
   parameters.damper = read_damper(view, sections, arm, timing);
-  const std::string complaint = parameters.validate();
-  if (!complaint.empty()) {
-    throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + complaint);
+  if (const auto complaint = parameters.validate()) {
+    throw ConfigError(view.own.view().file() + ": " + view.own.view().path() + "." + *complaint);
   }
   const auto require = [&](const char* key, double period) {
     if (parameters.state_age_limit >= 2.0 * period) return;

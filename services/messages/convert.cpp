@@ -122,18 +122,19 @@ Converted<planner::ToolGoal> from_message(const msg::ToolGoal& goal, const std::
     return {{}, what + ": free_rotation = " + std::to_string(free_rotation) + " is unknown"};
   }
   value.free_rotation = static_cast<planner::FreeRotation>(free_rotation);
-  const auto read = [&](const char* name, double given, double least, double most, double& tolerance) {
+  const auto read = [&](const char* name, double given, double least, double most,
+                        double& tolerance) -> std::optional<std::string> {
     if (given != 0.0) tolerance = given;
-    if (tolerance >= least && tolerance <= most) return std::string();
+    if (tolerance >= least && tolerance <= most) return std::nullopt;
     return what + ": " + name + " = " + std::to_string(given) + " must be 0 (default) or from " +
            std::to_string(least) + " to " + std::to_string(most);
   };
-  std::string error = read("position_tolerance", goal.position_tolerance(), planner::kLeastPositionTolerance,
-                           planner::kMostPositionTolerance, value.position_tolerance);
-  if (!error.empty()) return {{}, error};
+  auto error = read("position_tolerance", goal.position_tolerance(), planner::kLeastPositionTolerance,
+                    planner::kMostPositionTolerance, value.position_tolerance);
+  if (error) return {{}, *error};
   error = read("orientation_tolerance", goal.orientation_tolerance(), planner::kLeastOrientationTolerance,
                planner::kMostOrientationTolerance, value.orientation_tolerance);
-  if (!error.empty()) return {{}, error};
+  if (error) return {{}, *error};
   return {value, {}};
 }
 

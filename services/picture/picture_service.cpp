@@ -96,7 +96,9 @@ class PictureSession : public WebSession {
     if (accepted_) inbox_.take(message, text);
   }
   [[nodiscard]] std::optional<WebFrame> next() override { return std::nullopt; }
-  [[nodiscard]] std::string end() const override { return accepted_ ? "" : "another program's page"; }
+  [[nodiscard]] std::optional<std::string> end() const override {
+    return accepted_ ? std::nullopt : std::optional<std::string>("another program's page");
+  }
 
  private:
   Inbox& inbox_;

@@ -172,11 +172,11 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
   return progress;
 }
 
-void ArrivalCheck::judge(bool set_point_there, const std::string& error, const std::string& arm, double dt,
-                         Progress& progress) {
-  if (!set_point_there || error.empty()) waited_ = 0.0;
+void ArrivalCheck::judge(bool set_point_there, const std::optional<std::string>& error, const std::string& arm,
+                         double dt, Progress& progress) {
+  if (!set_point_there || !error) waited_ = 0.0;
   if (!set_point_there) return;
-  if (error.empty()) {
+  if (!error) {
     progress.state = msg::GoalState::GOAL_REACHED;
     return;
   }
@@ -184,7 +184,7 @@ void ArrivalCheck::judge(bool set_point_there, const std::string& error, const s
   if (waited_ <= kSettleTime) return;
   progress.state = msg::GoalState::GOAL_BLOCKED;
   progress.held_back = true;
-  progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm, "the drive does not follow: " + error);
+  progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm, "the drive does not follow: " + *error);
 }
 
 std::optional<Progress> ProgressReporter::report(const Period& period) {
@@ -213,9 +213,10 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     if (period.tool != nullptr) progress.tool_error = measured_error(arm, q, *period.tool);
     const bool set_point_there = result.status == planner::TickStatus::kReached;
     const double tolerance = controller.parameters().goal_tolerance;
-    arrival_.judge(set_point_there,
-                   set_point_there ? planner::error_at_goal(arm, q, *period.q_goal, tolerance, period.tool) : "",
-                   arm.name, controller.control_period(), progress);
+    arrival_.judge(
+        set_point_there,
+        set_point_there ? planner::error_at_goal(arm, q, *period.q_goal, tolerance, period.tool) : std::nullopt,
+        arm.name, controller.control_period(), progress);
     // A driver that has just started has received no command.
     const bool follows = is_none(drive) || drive.kind() == CauseKind::CAUSE_STARTING;
     if (!follows && !period.hold && !starved) {

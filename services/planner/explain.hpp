@@ -22,9 +22,10 @@ namespace hecaton::services {
 class ArrivalCheck {
  public:
   /// Call once per control period of `dt` [s] after explain(). `error`: error_at_goal() of the measured position;
-  /// empty: the arm is there. `set_point_there`: the set-point is at the goal and at rest. An arm that stays away from
-  /// its goal for a second although its set-point is there is blocked: its drive does not follow.
-  void judge(bool set_point_there, const std::string& error, const std::string& arm, double dt, Progress& progress);
+  /// nothing: the arm is there. `set_point_there`: the set-point is at the goal and at rest. An arm that stays away
+  /// from its goal for a second although its set-point is there is blocked: its drive does not follow.
+  void judge(bool set_point_there, const std::optional<std::string>& error, const std::string& arm, double dt,
+             Progress& progress);
 
  private:
   double waited_ = 0.0;  ///< with the set-point at the goal [s]

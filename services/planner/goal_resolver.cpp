@@ -93,8 +93,8 @@ GoalAnswer trajectory_goal(const planner::CellGeometry& geometry, const msg::Goa
   auto converted = messages::from_message(goal.trajectory(), "goal: trajectory", arm.model->joints());
   if (!converted) return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, converted.error, arm.name);
   planner::TimedTrajectory& trajectory = *converted.value;
-  if (std::string why = planner::objection(trajectory, arm.limits, arm.model->joint_names); !why.empty()) {
-    return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, std::move(why), arm.name);
+  if (auto why = planner::objection(trajectory, arm.limits, arm.model->joint_names)) {
+    return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, std::move(*why), arm.name);
   }
   const planner::TimedPoint& first = trajectory.points.front();
   Eigen::Index farthest = 0;

@@ -187,7 +187,8 @@ planner::BatchReport CellModel::simulate(int tasks, std::uint64_t seed, int thre
   options.threads = threads;
   options.ended = [&stop] { return stop.stop_requested(); };
   planner::BatchReport report = planner::simulate_tasks(file_.cell, options);
-  if (report.tasks == 0 && !report.ended_early) throw InvalidArgument(file_.path + ": tasks: " + report.failure);
+  if (report.tasks == 0 && !report.ended_early)
+    throw InvalidArgument(file_.path + ": tasks: " + report.failure.value_or("none was asked for"));
   return report;
 }
 

@@ -190,7 +190,7 @@ void put_cells(const StructRule& rule, const std::string& prefix, const Lengths&
 std::optional<std::string> CdrColumns::measure(ByteSpan message) {
   const bus::CheckedSample checked = bus::check_sample(rule_, message);
   if (checked.other_schema) return "another version of its type wrote it; read it with the Hecaton that recorded it";
-  if (!checked.refusal.empty()) return checked.refusal;
+  if (checked.refusal) return *checked.refusal;
   CdrReader in(message);
   measure_fields(rule_.sample, "", in, lengths_);
   return std::nullopt;

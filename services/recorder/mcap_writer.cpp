@@ -88,10 +88,10 @@ void RecordFile::discard() {
   if (identity_of(path_) == identity()) static_cast<void>(::unlink(path_.c_str()));
 }
 
-McapWriter::McapWriter(const std::string& path, const std::string& library) : file_(path) {
+McapWriter::McapWriter(const std::string& path, const std::string& library, const std::string& profile) : file_(path) {
   Bytes begin(kMagic.begin(), kMagic.end());
   Bytes header;
-  ByteWriter(header).text("").text(library);
+  ByteWriter(header).text(profile).text(library);
   put_record(begin, Opcode::kHeader, header);
   try {
     file_.append(begin);

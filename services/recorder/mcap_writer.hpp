@@ -65,8 +65,9 @@ class McapWriter {
  public:
   static constexpr std::size_t kChunk = 1U << 20U;  ///< a chunk ends above this size [byte]
 
-  /// Creates the file. Throws RecordingError when it exists already, or cannot be written; then no file remains of it.
-  explicit McapWriter(const std::string& path, const std::string& library);
+  /// Creates the file. `profile`: a registered one that the file follows; empty: none. Throws RecordingError when the
+  /// file exists already, or cannot be written; then no file remains of it.
+  explicit McapWriter(const std::string& path, const std::string& library, const std::string& profile = {});
 
   /// The numbers that add_schema() and add_channel() return count from 1. Throw RecordingError after 65,535 of them.
   std::uint16_t add_schema(const std::string& name, const std::string& encoding, std::string_view data);

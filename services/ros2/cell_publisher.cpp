@@ -73,7 +73,7 @@ void CellPublisher::publish_arm_status(const CellView& view, Clock::time_point n
 }
 
 void CellPublisher::publish_markers(CellView& view, const std::vector<OrderedPath>& ordered) {
-  markers_.update(view, ordered);
+  markers_.update(view, ordered, ros_time(std::chrono::system_clock::now()));
   for (std::size_t i = 0; i < marker_topics_.size(); ++i) {
     if (marker_topics_[i].wanted()) marker_topics_[i].publish(markers_.message(i));
   }
@@ -100,9 +100,9 @@ void CellPublisher::publish_diagnostics(const CellStatus* status, const std::str
     }
   }
   if (scenes) {
-    const bool whole = scenes->refusal.empty();
-    DiagnosticStatus& entry = message.status.emplace_back(diagnostic(
-        whole ? level::kOk : level::kWarn, "planning scene", whole ? "applied" : scenes->refusal, file_.cell.name));
+    DiagnosticStatus& entry =
+        message.status.emplace_back(diagnostic(scenes->refusal ? level::kWarn : level::kOk, "planning scene",
+                                               scenes->refusal.value_or("applied"), file_.cell.name));
     entry.values = {{"applied", std::to_string(scenes->applied)}, {"refused", std::to_string(scenes->refused)}};
   }
   diagnostics_.publish(message);

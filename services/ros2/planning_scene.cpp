@@ -188,7 +188,7 @@ class SceneObject {
 
 void require_id(const CollisionObject& object) {
   if (object.id.empty()) throw Refused("an object must have an id");
-  if (object.id.size() > bus::kLongestName || !bus::unprintable(object.id).empty()) {
+  if (object.id.size() > bus::kLongestName || bus::unprintable(object.id)) {
     throw Refused("an id must be printable and have at most " + std::to_string(bus::kLongestName) + " bytes");
   }
 }

@@ -56,9 +56,9 @@ struct SceneEdits {
 
 /// What became of the planning scenes so far, for people.
 struct SceneReport {
-  std::uint64_t applied = 0;  ///< edits
-  std::uint64_t refused = 0;  ///< objects of scenes
-  std::string refusal;        ///< the newest one; empty when the newest scene was applied as a whole
+  std::uint64_t applied = 0;           ///< edits
+  std::uint64_t refused = 0;           ///< objects of scenes
+  std::optional<std::string> refusal;  ///< the newest one; nothing when the newest scene was applied as a whole
 };
 
 /// Attached objects first, then those of the world. Each object is an edit or a refusal. A whole scene (`is_diff`

@@ -52,7 +52,7 @@ void SceneWorker::run(const std::stop_token& stop) {
   while (arrived_.wait(lock, stop, [this] { return !scenes_.empty(); })) {
     const SceneEdits scene = std::move(scenes_.front());
     scenes_.pop_front();
-    report_.refusal.clear();
+    report_.refusal.reset();
     lock.unlock();
     for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
     for (const SceneEdit& edit : scene.edits) {

@@ -64,7 +64,7 @@ bool is_shown(const ArmSnapshot& arm, bus::Clock::time_point now) {
 
 JointState joint_state(const ArmSnapshot& arm) {
   const msg::ArmState& state = arm.state->value;
-  return {{ros_time(arm.state->received), ""}, arm.arm->model->joint_names, state.q(), state.qd(), {}};
+  return {{arm.stamp, ""}, arm.arm->model->joint_names, state.q(), state.qd(), {}};
 }
 
 JointState joint_states(const CellView& view, bus::Clock::time_point now) {
@@ -80,7 +80,7 @@ JointState joint_states(const CellView& view, bus::Clock::time_point now) {
     all.position.insert(all.position.end(), q.begin(), q.end());
     all.velocity.insert(all.velocity.end(), qd.begin(), qd.end());
   }
-  if (!all.name.empty()) all.header.stamp = ros_time(newest);
+  if (!all.name.empty()) all.header.stamp = view.time_at(newest);
   return all;
 }
 
@@ -89,12 +89,11 @@ TFMessage moving_transforms(const CellView& view, bus::Clock::time_point now) {
   for (std::size_t i = 0; i < view.size(); ++i) {
     const ArmSnapshot arm = view.arm(i);
     if (!is_shown(arm, now)) continue;
-    const Time stamp = ros_time(arm.state->received);
     const auto& links = arm.arm->model->links;
     for (const LinkFrame& frame : link_frames(*arm.arm->model)) {
       if (!frame.moves) continue;
       moving.transforms.push_back(transform(
-          stamp, prefixed(arm.arm->name, links[frame.parent].name), prefixed(arm.arm->name, links[frame.link].name),
+          arm.stamp, prefixed(arm.arm->name, links[frame.parent].name), prefixed(arm.arm->name, links[frame.link].name),
           arm.kinematics->X_WL[frame.parent].inverse() * arm.kinematics->X_WL[frame.link]));
     }
   }
@@ -124,8 +123,7 @@ TFMessage fixed_transforms(const planner::Cell& cell, const Time& stamp) {
   return fixed;
 }
 
-void CellMarkers::update(CellView& view, const std::vector<OrderedPath>& ordered) {
-  const Time stamp = ros_time(std::chrono::system_clock::now());
+void CellMarkers::update(CellView& view, const std::vector<OrderedPath>& ordered, const Time& stamp) {
   view.place_obstacles();
   for (MarkerLayer& layer : layers_) layer.begin(stamp);
   for (const auto& [name, obstacle] : view.obstacles()) {

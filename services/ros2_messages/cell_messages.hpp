@@ -44,8 +44,8 @@ class CellMarkers {
   explicit CellMarkers(const planner::Cell& cell, MarkerLayer::Content content = MarkerLayer::Content::kChanges)
       : cell_(cell), layers_{MarkerLayer(content), MarkerLayer(content), MarkerLayer(content), MarkerLayer(content)} {}
 
-  /// `ordered`: paths to draw beside the plans.
-  void update(CellView& view, const std::vector<OrderedPath>& ordered);
+  /// `ordered`: paths to draw beside the plans. `stamp`: of the markers.
+  void update(CellView& view, const std::vector<OrderedPath>& ordered, const Time& stamp);
   /// Of the last update(). Valid until the next one.
   [[nodiscard]] const MarkerArray& message(std::size_t topic) const { return layers_[topic].message(); }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "services/messages/convert.hpp"
+#include "services/ros2_messages/time.hpp"
 
 namespace hecaton::ros2 {
 namespace {
@@ -16,7 +17,7 @@ bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b) {
 
 }  // namespace
 
-CellView::CellView(const planner::Cell& cell) {
+CellView::CellView(const planner::Cell& cell, CellEpoch epoch) : epoch_(epoch) {
   for (const planner::PlannedArm& planned : cell.arms) {
     index_.emplace(planned.arm.name, arms_.size());
     arms_.emplace_back().arm = &planned.arm;
@@ -77,7 +78,13 @@ void CellView::place_obstacles() {
 ArmSnapshot CellView::arm(std::size_t index) const {
   const Known& known = arms_[index];
   return {known.arm, known.state ? &*known.state : nullptr, known.goal ? &*known.goal : nullptr,
-          known.placed ? &known.kinematics : nullptr};
+          known.placed ? &known.kinematics : nullptr, known.state ? time_at(known.state->received) : Time()};
+}
+
+Time CellView::time_at(Clock::time_point at) const {
+  if (epoch_ == CellEpoch::kBoot) return ros_time(at);
+  return ros_time(std::chrono::system_clock::time_point(
+      std::chrono::duration_cast<std::chrono::system_clock::duration>(at.time_since_epoch())));
 }
 
 std::optional<Eigen::Vector3d> CellView::position_of(const std::string& body) const {

@@ -2,6 +2,7 @@
 /// What programs that show a cell in the messages of ROS 2 know of it: the newest messages of drivers, planners and the
 /// world service. It knows no network.
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -15,9 +16,16 @@
 #include "planner/cell.hpp"
 #include "planner/model/kinematics.hpp"
 #include "services/bus/endpoint.hpp"
+#include "services/ros2_messages/ros2_types.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::ros2 {
+
+/// What the clock of a cell counts from.
+enum class CellEpoch : std::uint8_t {
+  kBoot,  ///< of a live cell: this machine's start (bus::Clock)
+  kUnix   ///< of a recording: 1970
+};
 
 /// The newest of one arm.
 struct ArmSnapshot {
@@ -25,6 +33,7 @@ struct ArmSnapshot {
   const bus::Sample<msg::ArmState>* state = nullptr;  ///< null: none received
   const msg::GoalStatus* goal = nullptr;              ///< of the newest goal; null: none
   const planner::Kinematics* kinematics = nullptr;    ///< at the measured position; null: not known
+  Time stamp;                                         ///< of `state`
 };
 
 /// For one thread. References that it returns are valid until the next apply().
@@ -33,7 +42,7 @@ class CellView {
   using Clock = bus::Clock;
 
   /// `cell` must outlive it.
-  explicit CellView(const planner::Cell& cell);
+  explicit CellView(const planner::Cell& cell, CellEpoch epoch = CellEpoch::kBoot);
 
   // Takes a sample, or the withdrawal of its key.
   void apply(bus::Sample<msg::ArmState> sample);
@@ -48,6 +57,8 @@ class CellView {
 
   [[nodiscard]] std::size_t size() const { return arms_.size(); }
   [[nodiscard]] ArmSnapshot arm(std::size_t index) const;
+  /// The time for ROS 2 of an instant of the cell's clock.
+  [[nodiscard]] Time time_at(Clock::time_point at) const;
 
   struct Obstacle {
     std::vector<world::PlacedShape> shapes;
@@ -73,6 +84,7 @@ class CellView {
     bool placed = false;
   };
 
+  CellEpoch epoch_;
   std::vector<Known> arms_;
   std::map<std::string, std::size_t, std::less<>> index_;
   std::map<std::string, msg::CoupledPlan> plans_;

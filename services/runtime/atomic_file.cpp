@@ -85,7 +85,7 @@ std::string spare_file_of(const std::string& path) {
   return path + ".next";
 }
 
-std::string write_atomically(const std::string& path, std::string contents, char padding) {
+std::optional<std::string> write_atomically(const std::string& path, std::string contents, char padding) {
   const std::string spare = spare_file_of(path);
   int error = fill(spare, contents, padding);
   if (error == 0) error = put_in_place(spare, path);
@@ -94,7 +94,7 @@ std::string write_atomically(const std::string& path, std::string contents, char
   if (const File other(spare); other.is_open() && other.size() < contents.size()) {
     static_cast<void>(other.reserve(contents.size()));
   }
-  return {};
+  return std::nullopt;
 }
 
 MappedFile::MappedFile(const std::string& path, std::size_t size, const std::string& what) : size_(size) {

@@ -13,9 +13,9 @@ namespace hecaton::services {
 
 /// Replaces the contents of the file at `path`. Two files take turns, `path` and spare_file_of(path), and their room on
 /// the disk is reserved beforehand: a disk that fills up later does no harm until the contents outgrow it. `padding`
-/// fills the reserved room behind the contents. Returns an empty text, or a sentence that begins with the path and says
-/// why the contents cannot be written; the former contents then stay.
-[[nodiscard]] std::string write_atomically(const std::string& path, std::string contents, char padding);
+/// fills the reserved room behind the contents. Returns nothing, or a sentence that begins with the path and says why
+/// the contents cannot be written; the former contents then stay.
+[[nodiscard]] std::optional<std::string> write_atomically(const std::string& path, std::string contents, char padding);
 
 /// Where the other of the two files is.
 [[nodiscard]] std::string spare_file_of(const std::string& path);

@@ -128,8 +128,7 @@ void start_exit_notifier(int fd) {
 
 void raise_service_priority(const config::CellFile& file, ThreadPriority priority) {
   if (!file.real_time) return;
-  const std::string reason = raise_priority(priority);
-  if (!reason.empty()) log_warning("no real-time priority", {{"reason", reason}});
+  if (const auto reason = raise_priority(priority)) log_warning("no real-time priority", {{"reason", *reason}});
 }
 
 }  // namespace hecaton::services

@@ -52,8 +52,8 @@ int raise_thread(pid_t thread, ThreadPriority priority) {
 
 }  // namespace
 
-std::string raise_priority(ThreadPriority priority) {
-  if (kSanitized) return {};
+std::optional<std::string> raise_priority(ThreadPriority priority) {
+  if (kSanitized) return std::nullopt;
   const int niceness = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
   if (niceness >= kStartupNiceness) return "the process was started with niceness " + std::to_string(niceness);
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
@@ -63,7 +63,7 @@ std::string raise_priority(ThreadPriority priority) {
     const int error = raise_thread(thread, priority);
     if (error != 0) return std::strerror(error);
   }
-  return {};
+  return std::nullopt;
 }
 
 void lower_child_priority() {

@@ -2,6 +2,7 @@
 /// Which threads run first when processors are short (docs/explanation/0016-thread-priority.md). Standard library and
 /// system calls only.
 
+#include <optional>
 #include <string>
 
 namespace hecaton::services {
@@ -17,9 +18,9 @@ enum class ThreadPriority : int {
 
 /// Gives all present threads of the process, and the threads that they start later, this priority. Threads that called
 /// lower_priority() or keep_startup_priority() keep theirs. Returns why that is refused (neither CAP_SYS_NICE nor a
-/// sufficient RLIMIT_RTPRIO, or a process started with nice), or an empty text. Does nothing under sanitizers, whose
+/// sufficient RLIMIT_RTPRIO, or a process started with nice), or nothing. Does nothing under sanitizers, whose
 /// slow processes would leave no processor to others.
-[[nodiscard]] std::string raise_priority(ThreadPriority priority);
+[[nodiscard]] std::optional<std::string> raise_priority(ThreadPriority priority);
 
 /// In a child between fork and exec: lowers a real-time priority to kStartup. System calls only.
 void lower_child_priority();

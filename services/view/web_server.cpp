@@ -311,7 +311,7 @@ void ProtocolClient::write() {
   if (writing_ || ending_ || !session_) return;
   auto frame = session_->next();
   if (!frame) {
-    if (const std::string reason = session_->end(); !reason.empty()) end(reason);
+    if (const auto reason = session_->end()) end(*reason);
     return;
   }
   sending_ = std::move(*frame);

@@ -36,8 +36,8 @@ class WebSession {
   virtual void received(std::string_view message, bool text) = 0;
   /// The next message to the client, once it has taken the former one; empty: none for now.
   [[nodiscard]] virtual std::optional<WebFrame> next() = 0;
-  /// Why the connection shall be closed when next() is empty; empty: it shall not.
-  [[nodiscard]] virtual std::string end() const = 0;
+  /// Why the connection shall be closed when next() is empty; nothing: it shall not.
+  [[nodiscard]] virtual std::optional<std::string> end() const = 0;
 };
 
 /// How a client has opened its session.

@@ -45,7 +45,7 @@ std::optional<RestoredWorld> recall(const config::CellFile& file, const std::str
                                     std::optional<std::string>& unusable) {
   if (path.empty()) return std::nullopt;
   const bus::ReadMessage read = bus::read_message(path);
-  if (!read.error.empty()) unusable = read.error;
+  if (read.error) unusable = read.error;
   if (!read.message) return std::nullopt;
   if (read.message->cell() != file.cell.name) {
     unusable = path + " is of cell " + read.message->cell();
@@ -163,10 +163,10 @@ void CheckpointWriter::run() {
     const msg::WorldCheckpoint checkpoint = *std::exchange(next_, std::nullopt);
     const std::uint64_t number = given_;
     lock.unlock();
-    std::string failure = write_atomically(path_, bus::file_contents(checkpoint), '\0');
+    auto failure = write_atomically(path_, bus::file_contents(checkpoint), '\0');
     lock.lock();
     tried_ = number;
-    failure_ = failure.empty() ? std::nullopt : std::optional(std::move(failure));
+    failure_ = std::move(failure);
     if (!failure_) written_ = number;
   }
 }

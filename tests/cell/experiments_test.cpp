@@ -27,7 +27,7 @@ planner::BatchReport simulate(const std::string& name, const char* method, int t
   options.seed = 11;
   options.threads = 2;
   planner::BatchReport report = planner::simulate_tasks(cell, options);
-  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.failure, std::nullopt);
   EXPECT_EQ(report.tasks, tasks);
   EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
   EXPECT_TRUE(report.has_smallest);
@@ -98,7 +98,7 @@ TEST(Experiments, WhatCrossesTheCellIsForeseen) {
   options.seed = 8;
   options.threads = 2;
   const planner::BatchReport report = planner::simulate_tasks(cell, options);
-  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.failure, std::nullopt);
   EXPECT_EQ(report.reached, 24);
   EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
   EXPECT_GT(report.smallest.distance, 0.02);

@@ -35,7 +35,7 @@ TEST_P(NamedCell, ReachesItsGoalsWithoutContact) {
   options.tasks = 12;
   options.seed = 1;
   const planner::BatchReport report = planner::simulate_tasks(file_.cell, options);
-  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.failure, std::nullopt);
   EXPECT_EQ(report.tasks, options.tasks);
   EXPECT_EQ(report.reached, report.tasks);
   EXPECT_EQ(report.contacts, 0U);

@@ -21,6 +21,9 @@ bool is_unit(const Eigen::Vector3d& v) {
   return v.allFinite() && std::abs(v.norm() - 1.0) < kUnitTolerance;
 }
 
+/// What is wrong, as a sentence; nothing: it is valid.
+using Answer = std::optional<std::string>;
+
 template <typename... Parts>
 std::string sentence(const Parts&... parts) {
   std::ostringstream text;
@@ -28,22 +31,23 @@ std::string sentence(const Parts&... parts) {
   return text.str();
 }
 
-std::string unless_positive(const char* what, double value) {
-  return positive(value) ? std::string() : sentence(what, " = ", value, " must be finite and > 0");
+Answer unless_positive(const char* what, double value) {
+  return positive(value) ? Answer() : sentence(what, " = ", value, " must be finite and > 0");
 }
-std::string unless_not_negative(const char* what, double value) {
-  return not_negative(value) ? std::string() : sentence(what, " = ", value, " must be finite and ≥ 0");
+Answer unless_not_negative(const char* what, double value) {
+  return not_negative(value) ? Answer() : sentence(what, " = ", value, " must be finite and ≥ 0");
 }
-std::string unless_finite(const char* what, double value) {
-  return std::isfinite(value) ? std::string() : sentence(what, " = ", value, " must be finite");
+Answer unless_finite(const char* what, double value) {
+  return std::isfinite(value) ? Answer() : sentence(what, " = ", value, " must be finite");
 }
-std::string unless_unit(const char* what, const Eigen::Vector3d& v) {
-  return is_unit(v) ? std::string() : sentence(what, " = (", v.transpose(), ") must be a unit vector");
+Answer unless_unit(const char* what, const Eigen::Vector3d& v) {
+  return is_unit(v) ? Answer() : sentence(what, " = (", v.transpose(), ") must be a unit vector");
 }
 
-std::string first_of(std::initializer_list<std::string> answers) {
-  const auto found = std::find_if(answers.begin(), answers.end(), [](const auto& answer) { return !answer.empty(); });
-  return found == answers.end() ? std::string() : *found;
+Answer first_of(std::initializer_list<Answer> answers) {
+  const auto found =
+      std::find_if(answers.begin(), answers.end(), [](const Answer& answer) { return answer.has_value(); });
+  return found == answers.end() ? std::nullopt : *found;
 }
 
 /// [m³] by the divergence theorem over the faces' triangle fans.
@@ -59,21 +63,21 @@ double hull_volume(const ConvexHull& hull) {
 }
 
 struct ShapeCheck {
-  std::string operator()(const Box& box) const {
+  Answer operator()(const Box& box) const {
     const auto& half = box.half_extents;
     const bool good = positive(half.x()) && positive(half.y()) && positive(half.z());
-    return good ? std::string() : sentence("box half extents (", half.transpose(), ") must be finite and > 0");
+    return good ? Answer() : sentence("box half extents (", half.transpose(), ") must be finite and > 0");
   }
-  std::string operator()(const Sphere& sphere) const { return unless_positive("sphere radius", sphere.radius); }
-  std::string operator()(const Capsule& capsule) const {
+  Answer operator()(const Sphere& sphere) const { return unless_positive("sphere radius", sphere.radius); }
+  Answer operator()(const Capsule& capsule) const {
     return first_of({unless_positive("capsule radius", capsule.radius),
                      unless_not_negative("capsule half length", capsule.half_length)});
   }
-  std::string operator()(const Cylinder& cylinder) const {
+  Answer operator()(const Cylinder& cylinder) const {
     return first_of({unless_positive("cylinder radius", cylinder.radius),
                      unless_positive("cylinder half length", cylinder.half_length)});
   }
-  std::string operator()(const Convex& convex) const {
+  Answer operator()(const Convex& convex) const {
     if (!convex.hull) return "a convex shape needs a hull";
     const auto& vertices = convex.hull->vertices;
     if (vertices.size() < 4) return sentence("a convex hull needs at least 4 vertices, not ", vertices.size());
@@ -88,14 +92,14 @@ struct ShapeCheck {
       }
     }
     return hull_volume(*convex.hull) > 0.0
-               ? std::string()
+               ? Answer()
                : "a convex hull needs faces, counter-clockwise from outside, that enclose a volume > 0";
   }
 };
 
 struct MotionCheck {
-  std::string operator()(const StaticMotion&) const { return {}; }
-  std::string operator()(const WaypointMotion& motion) const {
+  Answer operator()(const StaticMotion&) const { return std::nullopt; }
+  Answer operator()(const WaypointMotion& motion) const {
     const std::size_t count = motion.poses_W.size();
     if (count < 2) return sentence("a motion through waypoints needs at least 2 of them, not ", count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -111,19 +115,19 @@ struct MotionCheck {
     }
     return unless_positive("speed", motion.speed);
   }
-  std::string operator()(const CircleMotion& motion) const {
+  Answer operator()(const CircleMotion& motion) const {
     if (!motion.centre_W.allFinite()) return "the circle's centre must be finite";
     return first_of({unless_unit("axis", motion.axis_W), unless_finite("angular speed", motion.angular_speed)});
   }
-  std::string operator()(const SineMotion& motion) const {
+  Answer operator()(const SineMotion& motion) const {
     return first_of({unless_unit("direction", motion.direction_W), unless_finite("amplitude", motion.amplitude),
                      unless_positive("period", motion.period), unless_finite("phase", motion.phase)});
   }
-  std::string operator()(const ConveyorMotion& motion) const {
+  Answer operator()(const ConveyorMotion& motion) const {
     return first_of({unless_unit("direction", motion.direction_W), unless_finite("speed", motion.speed),
                      unless_positive("length", motion.length)});
   }
-  std::string operator()(const DynamicMotion& motion) const {
+  Answer operator()(const DynamicMotion& motion) const {
     if (!motion.initial_velocity.linear.allFinite() || !motion.initial_velocity.angular.allFinite()) {
       return "the initial velocity must be finite";
     }
@@ -135,10 +139,10 @@ struct MotionCheck {
   }
 };
 
-std::string body_complaint(const Obstacle& obstacle) {
+Answer body_complaint(const Obstacle& obstacle) {
   if (obstacle.shapes.empty()) return "it needs at least one shape";
   for (const PlacedShape& placed : obstacle.shapes) {
-    if (auto reason = why_invalid(placed.shape); !reason.empty()) return reason;
+    if (auto reason = why_invalid(placed.shape)) return reason;
     if (!is_rigid(placed.X_BS)) return "the pose of one of its shapes is no finite, rigid pose";
   }
   if (!is_rigid(obstacle.X_WO)) return "its pose is no finite, rigid pose";
@@ -149,7 +153,7 @@ std::string body_complaint(const Obstacle& obstacle) {
 
 }  // namespace
 
-std::string why_invalid(const Shape& shape) {
+std::optional<std::string> why_invalid(const Shape& shape) {
   return std::visit(ShapeCheck{}, shape);
 }
 
@@ -158,10 +162,10 @@ bool is_rigid(const Pose& pose) {
   return pose.matrix().allFinite() && (R.transpose() * R).isIdentity(kUnitTolerance) && R.determinant() > 0.0;
 }
 
-std::string why_invalid(const Obstacle& obstacle) {
+std::optional<std::string> why_invalid(const Obstacle& obstacle) {
   if (obstacle.name.empty()) return "an obstacle needs a name";
-  const std::string complaint = body_complaint(obstacle);
-  return complaint.empty() ? complaint : "obstacle '" + obstacle.name + "': " + complaint;
+  const Answer complaint = body_complaint(obstacle);
+  return complaint ? Answer("obstacle '" + obstacle.name + "': " + *complaint) : std::nullopt;
 }
 
 double volume(const Shape& shape) {

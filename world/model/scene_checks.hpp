@@ -1,7 +1,8 @@
 #pragma once
-/// Checks of obstacles before the physics simulation takes them. why_invalid() returns an empty text for valid input,
-/// else one sentence: what is wrong and what is allowed.
+/// Checks of obstacles before the physics simulation takes them. why_invalid() returns nothing for valid input, else
+/// one sentence: what is wrong and what is allowed.
 
+#include <optional>
 #include <string>
 
 #include "world/model/scene.hpp"
@@ -9,13 +10,13 @@
 namespace hecaton::world {
 
 /// Sizes finite and > 0 (a capsule's half length may be 0), a hull with volume and with faces on its own vertices.
-[[nodiscard]] std::string why_invalid(const Shape& shape);
+[[nodiscard]] std::optional<std::string> why_invalid(const Shape& shape);
 
 /// True when the pose is finite and its rotation orthonormal and right-handed within 1e-6.
 [[nodiscard]] bool is_rigid(const Pose& pose);
 
 /// Checks name, shapes, poses and the motion's parameters, but not whether the name is unique.
-[[nodiscard]] std::string why_invalid(const Obstacle& obstacle);
+[[nodiscard]] std::optional<std::string> why_invalid(const Obstacle& obstacle);
 
 /// Volume [m³], > 0 for every valid shape; of a hull by its faces.
 [[nodiscard]] double volume(const Shape& shape);

@@ -27,9 +27,9 @@ std::vector<ArmBodies> checked(std::vector<ArmBodies> arms) {
       throw std::invalid_argument("there are two arms named '" + arm->name + "'");
     }
     for (const auto& part : arm->parts) {
-      std::string reason = why_invalid(part.shape.shape);
-      if (reason.empty() && !is_rigid(part.shape.X_BS)) reason = "the pose of a shape must be finite and rigid";
-      if (!reason.empty()) throw std::invalid_argument(arm->name + "/" + part.link_name + ": " + reason);
+      std::optional<std::string> reason = why_invalid(part.shape.shape);
+      if (!reason && !is_rigid(part.shape.X_BS)) reason = "the pose of a shape must be finite and rigid";
+      if (reason) throw std::invalid_argument(arm->name + "/" + part.link_name + ": " + *reason);
     }
   }
   return arms;
@@ -65,7 +65,7 @@ struct BulletWorld::Impl {
     return found == indices.end() ? -1 : found->second;
   }
 
-  [[nodiscard]] std::string why_not(const Obstacle& obstacle) const;
+  [[nodiscard]] std::optional<std::string> why_not(const Obstacle& obstacle) const;
   void append(const Obstacle& obstacle);
   void remove(int obstacle);
   void change_carrier(int obstacle);
@@ -84,21 +84,21 @@ BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
   scene.floor_z = initial.floor_z;
   scene.gravity = initial.gravity;
   for (const Obstacle& obstacle : initial.obstacles) {
-    if (const auto reason = why_not(obstacle); !reason.empty()) throw std::invalid_argument(reason);
+    if (const auto reason = why_not(obstacle)) throw std::invalid_argument(*reason);
     append(obstacle);
   }
   sort_by_motion();
   contact_monitor.set_obstacles(scene.obstacles);
 }
 
-std::string BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
-  if (auto reason = why_invalid(obstacle); !reason.empty()) return reason;
+std::optional<std::string> BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
+  if (auto reason = why_invalid(obstacle)) return reason;
   if (obstacle_index(obstacle.name) >= 0) return "there is already an obstacle named '" + obstacle.name + "'";
   if (obstacle.attachment && arm_index(obstacle.attachment->arm) < 0) {
     return "obstacle '" + obstacle.name + "' is attached to '" + obstacle.attachment->arm +
            "', which is no arm of this cell";
   }
-  return {};
+  return std::nullopt;
 }
 
 void BulletWorld::Impl::append(const Obstacle& obstacle) {
@@ -251,9 +251,9 @@ std::uint64_t BulletWorld::edition() const {
 }
 
 EditResult BulletWorld::add(const Obstacle& obstacle) {
-  if (auto reason = impl_->why_not(obstacle); !reason.empty()) {
+  if (auto reason = impl_->why_not(obstacle)) {
     const bool taken = impl_->obstacle_index(obstacle.name) >= 0;
-    return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(reason)};
+    return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(*reason)};
   }
   impl_->append(obstacle);
   impl_->sort_by_motion();

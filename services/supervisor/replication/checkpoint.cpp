@@ -197,7 +197,7 @@ CheckpointFile::CheckpointFile(std::string path) : path_(std::move(path)) {
   }
 }
 
-std::string write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+std::optional<std::string> write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   return write_atomically(path, checkpoint_text(checkpoint), '\n');
 }
 

@@ -41,9 +41,9 @@ struct Checkpoint {
 /// Empty when the file does not exist. Throws std::runtime_error with a sentence when it cannot be used, because an
 /// order to stop must not be lost silently.
 [[nodiscard]] std::optional<Checkpoint> read_checkpoint(const std::string& path);
-/// Replaces the file as a whole, as write_atomically() does. Returns an empty text, or a sentence that says why it
+/// Replaces the file as a whole, as write_atomically() does. Returns nothing, or a sentence that says why it
 /// cannot be written; the former checkpoint then stays.
-[[nodiscard]] std::string write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
+[[nodiscard]] std::optional<std::string> write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
 
 /// The newest checkpoint and its file.
 class CheckpointFile {
@@ -56,8 +56,7 @@ class CheckpointFile {
   void store(Checkpoint checkpoint) {
     const bool is_stored = checkpoint == stored_;
     if (path_.empty() || (is_stored && !failed())) return;
-    const std::string refusal = is_stored ? std::string() : write_checkpoint(path_, checkpoint);
-    failure_ = refusal.empty() ? std::nullopt : std::optional(refusal);
+    failure_ = is_stored ? std::nullopt : write_checkpoint(path_, checkpoint);
     if (!failed()) stored_ = std::move(checkpoint);
   }
   [[nodiscard]] bool has_file() const { return !path_.empty(); }

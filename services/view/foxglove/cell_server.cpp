@@ -10,7 +10,6 @@
 #include "services/ros2_messages/cell_description.hpp"
 #include "services/ros2_messages/schema.hpp"
 #include "services/ros2_messages/time.hpp"
-#include "services/runtime/cause.hpp"
 
 namespace hecaton::services::foxglove {
 namespace {
@@ -23,7 +22,6 @@ constexpr auto kStatusPeriod = 500ms;
 constexpr auto kDiagnosticsPeriod = 1s;
 constexpr auto kTimePeriod = 50ms;
 
-constexpr std::size_t kMostFaults = 256;                            // that are shown, the newest
 constexpr std::uintmax_t kLargestAsset = std::uintmax_t{64} << 20;  // [byte]
 constexpr std::string_view kAssets = "package://hecaton/";          // before the path of a mesh on the page's server
 
@@ -128,9 +126,7 @@ CellServer::CellServer(const CellFeed& feed, const config::CellFile& file, const
       drawings_(drawings),
       origins_(std::move(options.origins)),
       hub_(std::make_shared<Hub>(hub_options(file, drawings, std::move(options.orders)))),
-      view_(file.cell),
-      markers_(file.cell, ros2::MarkerLayer::Content::kWhole),
-      taken_(file.cell.arms.size()) {
+      scene_(file) {
   send_fixed();
 }
 
@@ -141,24 +137,10 @@ HubOptions CellServer::hub_options(const config::CellFile& file, const view::Dra
   options.info.name = "Hecaton cell " + file.cell.name;
   options.info.metadata = {{"ROS_DISTRO", humble ? "humble" : "jazzy"}};
   options.ns = ns_of(file);
-  const auto add = [&](const std::string& topic, const ros2::TypeInfo& type, bool latched = false) {
-    options.channels.push_back({topic, std::string(type.name), ros2::message_definition(type.name), latched});
-  };
-  add(options.ns + "/robot_description", ros2::type::kString, true);
-  add(options.ns + "/joint_states", ros2::type::kJointState);
-  add("/tf", ros2::type::kTransforms);
-  add("/tf_static", ros2::type::kTransforms, true);
-  add("/diagnostics", ros2::type::kDiagnostics);
-  for (const std::string_view name : ros2::CellMarkers::kNames) {
-    add(options.ns + "/hecaton/" + std::string(name), ros2::type::kMarkers);
+  for (const Ros2Topic& topic : Ros2Topics::all(file)) {
+    options.channels.push_back({topic.name, topic.type, ros2::message_definition(topic.type), topic.latched});
   }
-  for (const planner::PlannedArm& planned : file.cell.arms) {
-    options.arms.push_back(planned.arm.name);
-    const std::string prefix = options.ns + "/" + planned.arm.name;
-    add(prefix + "/robot_description", ros2::type::kString, true);
-    add(prefix + "/joint_states", ros2::type::kJointState);
-    add(prefix + "/status", ros2::type::kDiagnosticStatus);
-  }
+  for (const planner::PlannedArm& planned : file.cell.arms) options.arms.push_back(planned.arm.name);
   options.parameters = parameters_of(file);
   options.asset = [&drawings](std::string_view uri) { return asset(drawings, uri); };
   options.orders = std::move(orders);
@@ -181,11 +163,13 @@ void CellServer::send(std::size_t channel, const Message& message) {
 }
 
 void CellServer::send_fixed() {
-  send(kDescription, ros2::String{ros2::cell_urdf(file_.cell)});
+  send(Ros2Topics::kDescription, ros2::String{ros2::cell_urdf(file_.cell)});
   for (std::size_t i = 0; i < file_.cell.arms.size(); ++i) {
-    send(of_arm(i, kArmDescription), ros2::String{description(file_.cell.arms[i].arm, drawings_.arms()[i])});
+    send(Ros2Topics::of_arm(i, Ros2Topics::kArmDescription),
+         ros2::String{description(file_.cell.arms[i].arm, drawings_.arms()[i])});
   }
-  send(kFixedTransforms, ros2::fixed_transforms(file_.cell, ros2::ros_time(std::chrono::system_clock::now())));
+  send(Ros2Topics::kFixedTransforms,
+       ros2::fixed_transforms(file_.cell, ros2::ros_time(std::chrono::system_clock::now())));
 }
 
 bool CellServer::due(std::size_t timer, bus::Clock::time_point now, bus::Clock::duration period) {
@@ -197,96 +181,48 @@ bool CellServer::due(std::size_t timer, bus::Clock::time_point now, bus::Clock::
 void CellServer::publish(bus::Clock::time_point now) {
   hub_->deliver_answers();
   if (hub_->clients() == 0) return;
-  take_states();
+  scene_.update_states(feed_.state());
   if (due(0, now, kTimePeriod)) hub_->publish_time(unix_ns());
   if (due(1, now, state_period(file_))) send_states(feed_.now());
   if (due(2, now, kMarkerPeriod)) send_markers();
   if (due(3, now, kStatusPeriod)) {
-    for (std::size_t i = 0; i < view_.size(); ++i) {
-      const std::size_t channel = of_arm(i, kArmStatus);
-      if (hub_->wanted(channel)) send(channel, ros2::status_of(view_.arm(i), feed_.now()));
+    for (std::size_t i = 0; i < scene_.view().size(); ++i) {
+      const std::size_t channel = Ros2Topics::of_arm(i, Ros2Topics::kArmStatus);
+      if (hub_->wanted(channel)) send(channel, ros2::status_of(scene_.view().arm(i), feed_.now()));
     }
   }
-  if (due(4, now, kDiagnosticsPeriod) && hub_->wanted(kDiagnostics)) send_diagnostics();
-}
-
-void CellServer::take_states() {
-  const CellState& cell = feed_.state();
-  for (std::size_t i = 0; i < taken_.size(); ++i) {
-    const std::string& arm = file_.cell.arms[i].arm.name;
-    if (const auto* state = cell.state(arm); state != nullptr && state->received != taken_[i]) {
-      taken_[i] = state->received;
-      view_.apply(*state);
-    }
-  }
+  if (due(4, now, kDiagnosticsPeriod) && hub_->wanted(Ros2Topics::kDiagnostics)) send_diagnostics();
 }
 
 void CellServer::send_states(bus::Clock::time_point now) {
-  if (hub_->wanted(kJointStates)) {
-    const ros2::JointState all = ros2::joint_states(view_, now);
-    if (!all.name.empty()) send(kJointStates, all);
+  if (hub_->wanted(Ros2Topics::kJointStates)) {
+    const ros2::JointState all = ros2::joint_states(scene_.view(), now);
+    if (!all.name.empty()) send(Ros2Topics::kJointStates, all);
   }
-  if (hub_->wanted(kTransforms)) {
-    const ros2::TFMessage moving = ros2::moving_transforms(view_, now);
-    if (!moving.transforms.empty()) send(kTransforms, moving);
+  if (hub_->wanted(Ros2Topics::kTransforms)) {
+    const ros2::TFMessage moving = ros2::moving_transforms(scene_.view(), now);
+    if (!moving.transforms.empty()) send(Ros2Topics::kTransforms, moving);
   }
-  for (std::size_t i = 0; i < view_.size(); ++i) {
-    const std::size_t channel = of_arm(i, kArmJointStates);
-    if (hub_->wanted(channel) && ros2::is_shown(view_.arm(i), now)) send(channel, ros2::joint_state(view_.arm(i)));
+  for (std::size_t i = 0; i < scene_.view().size(); ++i) {
+    const std::size_t channel = Ros2Topics::of_arm(i, Ros2Topics::kArmJointStates);
+    if (hub_->wanted(channel) && ros2::is_shown(scene_.view().arm(i), now))
+      send(channel, ros2::joint_state(scene_.view().arm(i)));
   }
 }
 
 void CellServer::send_markers() {
-  const CellState& cell = feed_.state();
-  for (const auto& [arm, goal] : cell.goals()) view_.apply(goal);
   std::array<bool, ros2::CellMarkers::kNames.size()> wanted{};
-  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = hub_->wanted(kMarkers + i);
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = hub_->wanted(Ros2Topics::kMarkers + i);
   if (std::none_of(wanted.begin(), wanted.end(), [](bool one) { return one; })) return;
-  if (cell.obstacle_edition() != obstacle_edition_) {
-    obstacle_edition_ = cell.obstacle_edition();
-    view_.forget_shapes();
-    for (const auto& [name, obstacle] : cell.obstacles()) view_.set_shapes(name, obstacle);
-  }
-  if (const auto* states = cell.obstacle_states()) view_.apply(*states);
-  view_.forget_plans();
-  for (const auto& [arm, plan] : cell.plans()) view_.apply(plan);
-  markers_.update(view_, {});
+  scene_.update_markers(feed_.state(), ros2::ros_time(std::chrono::system_clock::now()));
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (wanted[i]) send(kMarkers + i, markers_.message(i));
+    if (wanted[i]) send(Ros2Topics::kMarkers + i, scene_.markers().message(i));
   }
 }
 
 void CellServer::send_diagnostics() {
-  const CellState& cell = feed_.state();
-  const auto now = feed_.now();
-  ros2::DiagnosticArray message;
-  message.header.stamp = ros2::ros_time(std::chrono::system_clock::now());
-  if (!cell.mode().heard()) {
-    message.status.push_back(
-        ros2::diagnostic(ros2::level::kStale, "cell", "no supervisor has been heard", file_.cell.name));
-  } else {
-    const msg::CellMode& mode = cell.mode().mode();
-    const bool run = mode.mode() == msg::Mode::MODE_RUN;
-    message.status.push_back(ros2::diagnostic(run ? ros2::level::kOk : ros2::level::kWarn, "cell",
-                                              run ? "running" : mode.cause().text(), file_.cell.name));
-  }
-  for (const auto& [name, sample] : cell.heartbeats()) {
-    const msg::Heartbeat& heartbeat = sample.value;
-    message.status.push_back(ros2::diagnostic(
-        ros2::NodeDiagnosis{name, heartbeat.host(), heartbeat.state(), heartbeat.cause().text(),
-                            cell.alive(sample, now), std::chrono::duration<double>(sample.age(now)).count()}));
-  }
-  std::vector<const msg::Fault*> faults;
-  for (const auto& [id, fault] : cell.faults().all()) faults.push_back(&fault);
-  std::sort(faults.begin(), faults.end(),
-            [](const auto* a, const auto* b) { return a->since_unix_ms() > b->since_unix_ms(); });
-  faults.resize(std::min(faults.size(), kMostFaults));
-  for (const msg::Fault* fault : faults) {
-    message.status.push_back(ros2::diagnostic(
-        ros2::FaultDiagnosis{fault->id(), fault->cause().subject(), std::string(cause_name(fault->cause().kind())),
-                             fault->cause().text(), fault->severity(), fault->cleared()}));
-  }
-  send(kDiagnostics, message);
+  send(Ros2Topics::kDiagnostics,
+       scene_.diagnostics(feed_.state(), feed_.now(), ros2::ros_time(std::chrono::system_clock::now())));
 }
 
 }  // namespace hecaton::services::foxglove

@@ -11,12 +11,11 @@
 
 #include "services/config/cell_file.hpp"
 #include "services/ros2_messages/cdr.hpp"
-#include "services/ros2_messages/cell_messages.hpp"
-#include "services/ros2_messages/cell_view.hpp"
 #include "services/view/arm_drawing.hpp"
 #include "services/view/cell_feed.hpp"
 #include "services/view/foxglove/hub.hpp"
 #include "services/view/foxglove/orders.hpp"
+#include "services/view/ros2_scene.hpp"
 
 namespace hecaton::services::foxglove {
 
@@ -43,19 +42,6 @@ class CellServer {
   [[nodiscard]] std::uint64_t skipped() const { return hub_->skipped(); }
 
  private:
-  /// Channels of the whole cell, in their order; those of each arm follow.
-  enum CellChannel : std::uint8_t {
-    kDescription,
-    kJointStates,
-    kTransforms,
-    kFixedTransforms,
-    kDiagnostics,
-    kMarkers,  ///< CellMarkers::kNames
-  };
-  enum ArmChannel : std::uint8_t { kArmDescription, kArmJointStates, kArmStatus, kArmChannels };
-  [[nodiscard]] static std::size_t of_arm(std::size_t arm, ArmChannel channel) {
-    return kMarkers + ros2::CellMarkers::kNames.size() + arm * kArmChannels + channel;
-  }
   [[nodiscard]] static HubOptions hub_options(const config::CellFile& file, const view::Drawings& drawings,
                                               OrderReceiver orders);
 
@@ -65,7 +51,6 @@ class CellServer {
   void send_states(bus::Clock::time_point now);
   void send_markers();
   void send_diagnostics();
-  void take_states();
   [[nodiscard]] bool due(std::size_t timer, bus::Clock::time_point now, bus::Clock::duration period);
 
   const CellFeed& feed_;
@@ -73,10 +58,7 @@ class CellServer {
   const view::Drawings& drawings_;
   std::vector<std::string> origins_;
   std::shared_ptr<Hub> hub_;
-  ros2::CellView view_;
-  ros2::CellMarkers markers_;
-  std::vector<bus::Clock::time_point> taken_;  ///< when the newest state of each arm was received
-  std::uint64_t obstacle_edition_ = 0;         ///< last taken
+  Ros2Scene scene_;  ///< its topics are the channels
   std::array<bus::Clock::time_point, 5> due_{};
   ros2::Bytes bytes_;
 };

@@ -84,7 +84,7 @@ struct Client {
   std::size_t calls = 0;  // without answer
   std::size_t turn = 0;   // channel to look at next
   bool asset_next = true;
-  std::string end;
+  std::optional<std::string> end;
 };
 
 struct Hub::State {
@@ -105,7 +105,7 @@ class Hub::Session : public WebSession {
 
   void received(std::string_view message, bool text) override;
   [[nodiscard]] std::optional<WebFrame> next() override;
-  [[nodiscard]] std::string end() const override;
+  [[nodiscard]] std::optional<std::string> end() const override;
 
  private:
   // All with the mutex locked.
@@ -166,7 +166,7 @@ void Hub::publish(std::size_t channel, std::uint64_t unix_ns, std::string messag
   const std::scoped_lock lock(state_->mutex);
   if (options_.channels[channel].latched) state_->latched[channel] = newest;
   for (const auto& [number, client] : state_->clients) {
-    if (!client->subscriptions[channel] || !client->end.empty()) continue;
+    if (!client->subscriptions[channel] || client->end) continue;
     if (client->waiting[channel].bytes) ++state_->skipped;
     client->waiting[channel] = newest;
     client->wake();
@@ -176,7 +176,7 @@ void Hub::publish(std::size_t channel, std::uint64_t unix_ns, std::string messag
 void Hub::publish_time(std::uint64_t unix_ns) {
   const std::scoped_lock lock(state_->mutex);
   for (const auto& [number, client] : state_->clients) {
-    if (!client->end.empty()) continue;
+    if (client->end) continue;
     client->time = unix_ns;
     client->wake();
   }
@@ -203,7 +203,7 @@ std::unique_ptr<WebSession> Hub::open(WebOpening opening) {
 }
 
 void Hub::send(Client& client, std::string answer, bool text) {
-  if (!client.end.empty()) return;
+  if (client.end) return;
   client.answer_memory += answer.size();
   if (client.answers.size() >= kMostAnswers || client.answer_memory > kAnswerMemory) {
     return finish(client, "more than 256 answers or 1 MiB of them wait unread");
@@ -212,7 +212,7 @@ void Hub::send(Client& client, std::string answer, bool text) {
 }
 
 void Hub::finish(Client& client, const std::string& reason) {
-  if (!client.end.empty()) return;
+  if (client.end) return;
   client.answers.clear();
   client.assets.clear();
   client.time.reset();
@@ -255,13 +255,13 @@ void Hub::Session::received(std::string_view message, bool text) {
   const Request request = text ? decode_text(message) : decode_binary(message);
   {
     const std::scoped_lock lock(hub_->state_->mutex);
-    if (!client_.end.empty()) return;
+    if (client_.end) return;
     std::visit([this](const auto& asked) { carry_out(asked); }, request);
   }
   if (order_) std::exchange(order_, nullptr)();
 }
 
-std::string Hub::Session::end() const {
+std::optional<std::string> Hub::Session::end() const {
   const std::scoped_lock lock(hub_->state_->mutex);
   return client_.end;
 }

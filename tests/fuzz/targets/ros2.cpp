@@ -33,7 +33,7 @@ SceneFrames frames_at_home() {
 /// It goes to the log, to another node, or onto a page.
 void require_readable(const std::string& text) {
   fuzz::require_sentence(text);
-  fuzz::require(bus::unprintable(text).empty(), "a refusal is printable");
+  fuzz::require(!bus::unprintable(text), "a refusal is printable");
 }
 
 void use(const PlanningScene& scene) {
@@ -51,7 +51,7 @@ void use(const SendGoalRequest& request) {
   const auto checked = check_trajectory(request.goal, north(), q, 0.0);
   if (const auto* refusal = std::get_if<TrajectoryRefusal>(&checked)) return require_readable(refusal->text);
   const planner::TimedTrajectory& trajectory = std::get<TrajectoryOrder>(checked).trajectory;
-  fuzz::require(planner::objection(trajectory, north().limits, north().model->joint_names).empty(),
+  fuzz::require(!planner::objection(trajectory, north().limits, north().model->joint_names),
                 "the planner can follow a trajectory that the service accepts");
   TrajectoryFollower follower(std::get<TrajectoryOrder>(checked));
   for (int i = 0; i < 20; ++i) {

@@ -1,4 +1,4 @@
-// Reads a recording with the MCAP library and the IDL parser of npm, which share no code with Hecaton.
+// Reads a recording, or a bag of ROS 2, with the MCAP library and the parsers of npm, which share no code with Hecaton.
 //
 // usage: node bag.mjs FILE [TOPIC FIELD…]
 //
@@ -9,6 +9,8 @@ import assert from "node:assert/strict";
 import { open } from "node:fs/promises";
 import { parseIDL } from "@foxglove/omgidl-parser";
 import { MessageReader } from "@foxglove/omgidl-serialization";
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader as Ros2Reader } from "@foxglove/rosmsg2-serialization";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";
 
@@ -28,6 +30,13 @@ const readable = {
 const text = (value) => JSON.stringify(value, (_, item) =>
   typeof item === "bigint" ? item.toString() : ArrayBuffer.isView(item) ? [...item] : item);
 
+function decoder(schema) {
+  const definition = new TextDecoder().decode(schema.data);
+  if (schema.encoding === "ros2msg") return new Ros2Reader(parse(definition, { ros2: true }));
+  assert.equal(schema.encoding, "omgidl");
+  return new MessageReader(schema.name, parseIDL(definition));
+}
+
 // By the indexes at the end of the file.
 const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
 const decoders = new Map();
@@ -41,10 +50,7 @@ for await (const message of reader.readMessages()) {
     continue;
   }
   const schema = reader.schemasById.get(channel.schemaId);
-  assert.equal(schema.encoding, "omgidl");
-  if (!decoders.has(schema.id)) {
-    decoders.set(schema.id, new MessageReader(schema.name, parseIDL(new TextDecoder().decode(schema.data))));
-  }
+  if (!decoders.has(schema.id)) decoders.set(schema.id, decoder(schema));
   const value = decoders.get(schema.id).readMessage(message.data);
   if (channel.topic !== topic) continue;
   lines.push({ log_time: message.logTime, publish_time: message.publishTime,

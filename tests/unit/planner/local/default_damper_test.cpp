@@ -58,7 +58,7 @@ TEST(DefaultDamper, CanBeKeptByBraking) {
         EXPECT_GE(damper.security_distance, damper.convergence_speed * latency - 1e-12);
         LocalParameters parameters;
         parameters.damper = damper;
-        EXPECT_EQ(parameters.validate(), "");
+        EXPECT_EQ(parameters.validate(), std::nullopt);
       }
     }
   }

@@ -82,8 +82,8 @@ TEST(ErrorAtGoal, IsEmptyWithinTheTolerances) {
   const Arm arm = test::planar_point("a");
   ToolGoal tool;
   tool.X_WT.translation() = Eigen::Vector3d(1.0, 2.0, 0.0);
-  EXPECT_EQ(error_at_goal(arm, joints({1.001, 2.0}), joints({1.0, 2.0}), 2e-3, nullptr), "");
-  EXPECT_EQ(error_at_goal(arm, joints({1.0009, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), "");
+  EXPECT_EQ(error_at_goal(arm, joints({1.001, 2.0}), joints({1.0, 2.0}), 2e-3, nullptr), std::nullopt);
+  EXPECT_EQ(error_at_goal(arm, joints({1.0009, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), std::nullopt);
 }
 
 TEST(ErrorAtGoal, NamesTheWorstJoint) {
@@ -101,7 +101,7 @@ TEST(ErrorAtGoal, HasTheErrorOfTheTool) {
   EXPECT_EQ(error_at_goal(arm, joints({1.0, 2.0}), joints({1.0, 2.0}), 2e-3, &tool),
             "the tool is 0 mm and 3° from its goal (tolerance 1 mm and 0.5°)");
   tool.free_rotation = FreeRotation::kRoll;
-  EXPECT_EQ(error_at_goal(arm, joints({1.0, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), "");
+  EXPECT_EQ(error_at_goal(arm, joints({1.0, 2.0}), joints({1.0, 2.0}), 2e-3, &tool), std::nullopt);
 }
 
 /// A ball on slides: its tool is always level.
@@ -155,7 +155,7 @@ TEST_F(ToolGoals, AreSolvedWithinTheTolerances) {
   goal_.position_tolerance = 0.02;
   const ToolGoalAnswer near = resolve();
   ASSERT_FALSE(near.rejection) << near.rejection->text;
-  EXPECT_EQ(error_at_goal(arm_, near.q, near.q, 1e-3, &goal_), "");
+  EXPECT_EQ(error_at_goal(arm_, near.q, near.q, 1e-3, &goal_), std::nullopt);
 }
 
 TEST_F(ToolGoals, AreRejectedOutOfReach) {

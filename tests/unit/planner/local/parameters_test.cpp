@@ -8,7 +8,7 @@ namespace hecaton::planner {
 namespace {
 
 TEST(LocalParameters, DefaultsAreConsistent) {
-  EXPECT_EQ(LocalParameters{}.validate(), "");
+  EXPECT_EQ(LocalParameters{}.validate(), std::nullopt);
 }
 
 TEST(LocalParameters, ErrorsNameKeyValueAndRule) {

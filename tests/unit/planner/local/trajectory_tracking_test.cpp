@@ -319,7 +319,7 @@ TEST(TimedTrajectory, NamesWhatNoArmCanFollow) {
   const auto why = [&](auto change) {
     TimedTrajectory trajectory = trapezoid(true);
     change(trajectory);
-    return objection(trajectory, limits, {"x", "y"});
+    return objection(trajectory, limits, {"x", "y"}).value_or("");
   };
   EXPECT_EQ(why([](auto&) {}), "");
   EXPECT_NE(why([](auto& t) { t.points.clear(); }).find("0 points"), std::string::npos);

@@ -92,7 +92,7 @@ TEST(TaskGenerator, ReportsWhyNoTaskCouldBeDrawn) {
   BatchOptions options;
   options.tasks = 1;
   const std::string area = "the task area (centre 0, 0, 0 m in W, radius 0.5 m, half height 0 m)";
-  const std::string failure = simulate_tasks(cell, options).failure;
+  const std::string failure = simulate_tasks(cell, options).failure.value_or("");
   EXPECT_TRUE(
       failure.starts_with("cell 'sequence': no task could be drawn in 1 episode: in 400 draws arm point "
                           "reached " +
@@ -106,7 +106,9 @@ TEST(TaskGenerator, ReportsWhyNoTaskCouldBeDrawn) {
       << failure;
   EXPECT_EQ(why_no_task(cell, 1), failure.substr(failure.find("in 400 draws")));
   cell.tasks.centre.x() = 9.0;
-  EXPECT_NE(simulate_tasks(cell, options).failure.find("in 400 draws arm point reached no point of the task area"),
+  EXPECT_NE(simulate_tasks(cell, options)
+                .failure.value_or("")
+                .find("in 400 draws arm point reached no point of the task area"),
             std::string::npos);
 }
 

@@ -18,7 +18,7 @@ constexpr std::int64_t kHuge = std::int64_t{1} << 62;
 
 class DatagramCheckTest : public testing::Test {
  protected:
-  bool refused(const RtpsDatagram& datagram) { return !check_.refuse(datagram.bytes(), now_).empty(); }
+  bool refused(const RtpsDatagram& datagram) { return check_.refuse(datagram.bytes(), now_).has_value(); }
 
   DatagramCheck check_;
   Clock::time_point now_{100s};
@@ -36,9 +36,9 @@ TEST_F(DatagramCheckTest, PassesWhatAStreamSends) {
 }
 
 TEST_F(DatagramCheckTest, PassesOtherProtocols) {
-  EXPECT_EQ(check_.refuse({}, now_), "");
+  EXPECT_EQ(check_.refuse({}, now_), std::nullopt);
   const std::vector<std::uint8_t> other(100, 7);
-  EXPECT_EQ(check_.refuse(other, now_), "");
+  EXPECT_EQ(check_.refuse(other, now_), std::nullopt);
 }
 
 TEST_F(DatagramCheckTest, RefusesAbsurdRanges) {
@@ -93,7 +93,7 @@ TEST_F(DatagramCheckTest, RefusesSubmessagesForOthersAndBeyondTheEnd) {
   EXPECT_FALSE(refused(RtpsDatagram().submessage(0x0C, sender))) << "a signed message names its sender";
   auto cut = RtpsDatagram().heartbeat(1, 5).bytes();
   cut.resize(cut.size() - 3);
-  EXPECT_NE(check_.refuse(cut, now_), "");
+  EXPECT_TRUE(check_.refuse(cut, now_));
 }
 
 TEST_F(DatagramCheckTest, RecognisesAnAnnouncedDeparture) {

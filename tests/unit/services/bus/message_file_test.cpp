@@ -27,14 +27,14 @@ class MessageFile : public ::testing::Test {
 TEST_F(MessageFile, IsEmptyWithoutErrorWhenMissing) {
   const ReadMessage read = read_message(path_);
   EXPECT_FALSE(read.message);
-  EXPECT_EQ(read.error, "");
+  EXPECT_EQ(read.error, std::nullopt);
 }
 
 TEST_F(MessageFile, ReadsWhatWasWritten) {
   for (const std::size_t padding : {0U, 1U, 65536U}) {
     write(file_contents(checkpoint(2.5)) + std::string(padding, '\0'));
     const ReadMessage read = read_message(path_);
-    ASSERT_TRUE(read.message) << read.error;
+    ASSERT_TRUE(read.message) << read.error.value_or("");
     EXPECT_EQ(*read.message, checkpoint(2.5));
   }
 }

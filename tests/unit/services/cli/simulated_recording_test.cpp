@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <idl/arm.h>
@@ -20,6 +21,8 @@
 #include "services/recorder/mcap_reader.hpp"
 #include "services/recorder/mcap_writer.hpp"
 #include "services/runtime/cause.hpp"
+#include "tests/cell/cli/process.hpp"
+#include "tests/support/needed_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
@@ -135,6 +138,61 @@ TEST_F(SimulatedRecording, HasTheStateOfEachArmInEachPeriod) {
     ++ticks;
   }
   EXPECT_EQ(states.size(), ticks + kEpisodes * kArms) << "and the last state of each episode";
+}
+
+TEST_F(SimulatedRecording, IsExportedAsABagOfRos2) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  HECATON_NEED_FILES({page + "/node_modules/@mcap/core", node});
+  const std::string bag = folder_->path("bag");
+  const Ran exported = run_line({"bag", "export", path_, "--ros2", "-o", bag, "--output", "json"});
+  ASSERT_EQ(exported.code, ExitCode::kDone) << exported.err;
+  std::map<std::string, int> counts;
+  for (const Json& topic : Json::parse(exported.out).at("topics")) counts[topic.at("topic")] = topic.at("messages");
+  for (const char* once : {"/robot_description", "/tf_static", "/north/robot_description"}) {
+    EXPECT_EQ(counts.at(once), 1) << once;
+  }
+
+  // Libraries of others decode each message, and find the positions of the newest states.
+  test::Process other({node, page + "/test/bag.mjs", bag + "/bag_0.mcap", "/joint_states", "header", "position"});
+  ASSERT_EQ(other.wait(), 0) << other.err();
+  std::istringstream lines(other.out());
+  std::string line;
+  std::getline(lines, line);
+  const Json contents = Json::parse(line);
+  for (const auto& [topic, count] : counts) {
+    if (count > 0) EXPECT_EQ(contents.at("topics").at(topic), count) << topic;
+  }
+  std::map<std::int64_t, std::map<std::string, std::vector<double>>> states;  // by time [ns] and arm
+  for (const auto& [at, state] : messages_in<msg::ArmState>(path_)) {
+    states[std::llround(at * 1e9)][state.arm()] = state.q();
+  }
+  int compared = 0;
+  while (std::getline(lines, line)) {
+    const Json message = Json::parse(line);
+    const Json& stamp = message.at("header").at("stamp");
+    const auto found =
+        states.find(stamp.at("sec").get<std::int64_t>() * 1'000'000'000 +
+                    (stamp.contains("nanosec") ? stamp.at("nanosec") : stamp.at("nsec")).get<std::int64_t>());
+    ASSERT_NE(found, states.end()) << line;
+    std::vector<double> expected;
+    for (const char* arm : {"north", "west", "east"}) {
+      const std::vector<double>& q = found->second.at(arm);
+      expected.insert(expected.end(), q.begin(), q.end());
+    }
+    ASSERT_EQ(message.at("position").get<std::vector<double>>(), expected);
+    ++compared;
+  }
+  EXPECT_EQ(compared, counts.at("/joint_states"));
+  EXPECT_GT(compared, 100);
+
+  const std::string before = content_of(bag + "/metadata.yaml");
+  EXPECT_NE(before.find("storage_identifier: mcap"), std::string::npos);
+  const Ran again = run_line({"bag", "export", path_, "--ros2", "-o", bag});
+  EXPECT_EQ(again.code, ExitCode::kBadInput);
+  EXPECT_EQ(again.err, "hecaton: " + bag + " exists already: name a folder that does not exist\n");
+  EXPECT_EQ(content_of(bag + "/metadata.yaml"), before);
+  EXPECT_EQ(run_line({"bag", "export", path_, "--ros2", "--csv", "-o", bag}).code, ExitCode::kUsage);
 }
 
 TEST_F(SimulatedRecording, TellsTheGoalsAsTheReport) {

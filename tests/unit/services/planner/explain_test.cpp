@@ -120,7 +120,7 @@ TEST_F(ExplainTest, NamesALostArm) {
 class Arrival : public testing::Test {
  protected:
   /// Periods of 0.1 s.
-  const Progress& judged(bool set_point_there, const std::string& error, int periods = 1) {
+  const Progress& judged(bool set_point_there, const std::optional<std::string>& error, int periods = 1) {
     for (int i = 0; i < periods; ++i) {
       progress_ = Progress();
       check_.judge(set_point_there, error, "left", 0.1, progress_);
@@ -133,9 +133,9 @@ class Arrival : public testing::Test {
 };
 
 TEST_F(Arrival, ReachesTheGoalWhenSetPointAndMeasuredPositionAreThere) {
-  EXPECT_EQ(judged(false, "").state, msg::GoalState::GOAL_ACTIVE);
+  EXPECT_EQ(judged(false, std::nullopt).state, msg::GoalState::GOAL_ACTIVE);
   EXPECT_EQ(judged(true, "the tool is 2 mm away", 3).state, msg::GoalState::GOAL_ACTIVE);
-  EXPECT_EQ(judged(true, "").state, msg::GoalState::GOAL_REACHED);
+  EXPECT_EQ(judged(true, std::nullopt).state, msg::GoalState::GOAL_REACHED);
 }
 
 TEST_F(Arrival, IsBlockedWhenTheDriveStaysAwayForASecond) {
@@ -144,7 +144,7 @@ TEST_F(Arrival, IsBlockedWhenTheDriveStaysAwayForASecond) {
   EXPECT_EQ(judged(true, "the tool is 2 mm away", 2).state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(progress_.cause.kind(), msg::CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW);
   EXPECT_EQ(progress_.cause.text(), "the drive does not follow: the tool is 2 mm away");
-  EXPECT_EQ(judged(false, "").state, msg::GoalState::GOAL_ACTIVE);
+  EXPECT_EQ(judged(false, std::nullopt).state, msg::GoalState::GOAL_ACTIVE);
   EXPECT_EQ(judged(true, "the tool is 2 mm away", 9).state, msg::GoalState::GOAL_ACTIVE) << "counts from 0 again";
 }
 

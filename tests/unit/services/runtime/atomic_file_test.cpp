@@ -25,7 +25,9 @@ class AtomicFile : public ::testing::Test {
     std::filesystem::remove(path_);
     std::filesystem::remove_all(spare_file_of(path_));
   }
-  [[nodiscard]] std::string write(const std::string& text) const { return write_atomically(path_, text, '\n'); }
+  [[nodiscard]] std::optional<std::string> write(const std::string& text) const {
+    return write_atomically(path_, text, '\n');
+  }
   /// The file's contents without padding.
   [[nodiscard]] std::string contents() const {
     std::ifstream file(path_, std::ios::binary);
@@ -44,28 +46,28 @@ class AtomicFile : public ::testing::Test {
 
 TEST_F(AtomicFile, HasTheLastContents) {
   for (const auto* text : {"first", "the second, which is longer", "3rd"}) {
-    EXPECT_EQ(write(text), "");
+    EXPECT_EQ(write(text), std::nullopt);
     EXPECT_EQ(contents(), text);
   }
 }
 
 TEST_F(AtomicFile, AlternatesBetweenTwoFiles) {
-  ASSERT_EQ(write("first"), "");
+  ASSERT_EQ(write("first"), std::nullopt);
   const auto first = status_of(path_);
   const auto other = status_of(spare_file_of(path_));
   EXPECT_EQ(first.st_size, kPiece);
   EXPECT_EQ(other.st_size, kPiece) << "room for the next write";
   EXPECT_GE(other.st_blocks * 512, kPiece) << "and the blocks are allocated";
-  ASSERT_EQ(write("second"), "");
+  ASSERT_EQ(write("second"), std::nullopt);
   EXPECT_EQ(status_of(path_).st_ino, other.st_ino);
-  ASSERT_EQ(write("third"), "");
+  ASSERT_EQ(write("third"), std::nullopt);
   EXPECT_EQ(status_of(path_).st_ino, first.st_ino);
 }
 
 // When the second file is needed, the disk may be full.
 TEST_F(AtomicFile, GrowsBothFilesAtOnce) {
-  ASSERT_EQ(write("small"), "");
-  ASSERT_EQ(write(std::string(kPiece, 'x')), "");
+  ASSERT_EQ(write("small"), std::nullopt);
+  ASSERT_EQ(write(std::string(kPiece, 'x')), std::nullopt);
   EXPECT_EQ(status_of(path_).st_size, 2 * kPiece);
   const auto other = status_of(spare_file_of(path_));
   EXPECT_EQ(other.st_size, 2 * kPiece);
@@ -81,21 +83,21 @@ TEST_F(AtomicFile, KeepsTheFormerContentsWhileTheDiskIsFull) {
     EXPECT_EQ(write("small"), refusal) << "no room is reserved yet";
     EXPECT_FALSE(std::filesystem::exists(path_));
   }
-  ASSERT_EQ(write("small"), "");
+  ASSERT_EQ(write("small"), std::nullopt);
   {
     const test::FullDisk full(kPiece);
     EXPECT_EQ(write(large), refusal);
     EXPECT_EQ(contents(), "small");
-    EXPECT_EQ(write("also small"), "") << "the reserved room suffices";
+    EXPECT_EQ(write("also small"), std::nullopt) << "the reserved room suffices";
     EXPECT_EQ(write(large), refusal);
     EXPECT_EQ(contents(), "also small");
   }
-  EXPECT_EQ(write(large), "");
+  EXPECT_EQ(write(large), std::nullopt);
   EXPECT_EQ(contents(), large);
 }
 
 TEST_F(AtomicFile, ReportsAFailureInASentence) {
-  ASSERT_EQ(write("first"), "");
+  ASSERT_EQ(write("first"), std::nullopt);
   ASSERT_TRUE(std::filesystem::remove(spare_file_of(path_)));
   ASSERT_TRUE(std::filesystem::create_directory(spare_file_of(path_)));
   EXPECT_EQ(write("second"), path_ + " cannot be written: Is a directory");

@@ -91,12 +91,12 @@ TEST(CheckpointText, RejectsMalformedText) {
 
 TEST_F(CheckpointFileTest, IsReadBackAndReplaced) {
   EXPECT_FALSE(read_checkpoint(path_));
-  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), std::nullopt);
   EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
   Checkpoint next = some_checkpoint();
   next.term = 8;
   next.orders = {};
-  ASSERT_EQ(write_checkpoint(path_, next), "");
+  ASSERT_EQ(write_checkpoint(path_, next), std::nullopt);
   EXPECT_EQ(read_checkpoint(path_), next);
 }
 
@@ -119,11 +119,11 @@ TEST_F(CheckpointFileTest, SetsADamagedFileAside) {
 }
 
 TEST_F(CheckpointFileTest, ReportsAnUnwritablePath) {
-  EXPECT_NE(write_checkpoint(path_ + "/no/such/folder", some_checkpoint()), "");
+  EXPECT_TRUE(write_checkpoint(path_ + "/no/such/folder", some_checkpoint()));
 }
 
 TEST_F(CheckpointFileTest, ReservesRoomBeforehand) {
-  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), std::nullopt);
   for (const std::string& file : {path_, spare_file_of(path_)}) {
     struct stat room {};
     ASSERT_EQ(stat(file.c_str(), &room), 0);
@@ -135,7 +135,7 @@ TEST_F(CheckpointFileTest, ReservesRoomBeforehand) {
     Checkpoint next = some_checkpoint();
     next.term = term;
     next.orders.arms["left"] = msg::Mode::MODE_HOLD;
-    ASSERT_EQ(write_checkpoint(path_, next), "");
+    ASSERT_EQ(write_checkpoint(path_, next), std::nullopt);
     EXPECT_EQ(read_checkpoint(path_), next);
   }
   struct stat after {};
@@ -147,21 +147,21 @@ TEST_F(CheckpointFileTest, ReservesRoomBeforehand) {
 TEST_F(CheckpointFileTest, KeepsTheFormerCheckpointOnAFullDisk) {
   {
     const test::FullDisk full(1000);
-    EXPECT_NE(write_checkpoint(path_, some_checkpoint()), "") << "no room is reserved yet";
+    EXPECT_TRUE(write_checkpoint(path_, some_checkpoint())) << "no room is reserved yet";
   }
-  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), "");
+  ASSERT_EQ(write_checkpoint(path_, some_checkpoint()), std::nullopt);
   Checkpoint large = some_checkpoint();
   large.causes["left"] = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "x", std::string(1 << 17, 'x'));
   {
     const test::FullDisk full(1 << 16);
-    EXPECT_NE(write_checkpoint(path_, large), "");
+    EXPECT_TRUE(write_checkpoint(path_, large));
     EXPECT_EQ(read_checkpoint(path_), some_checkpoint());
     Checkpoint next = some_checkpoint();
     next.term = 8;
-    EXPECT_EQ(write_checkpoint(path_, next), "") << "the reserved room suffices";
+    EXPECT_EQ(write_checkpoint(path_, next), std::nullopt) << "the reserved room suffices";
     EXPECT_EQ(read_checkpoint(path_), next);
   }
-  EXPECT_EQ(write_checkpoint(path_, large), "");
+  EXPECT_EQ(write_checkpoint(path_, large), std::nullopt);
   EXPECT_EQ(read_checkpoint(path_), large);
 }
 

@@ -180,7 +180,7 @@ class CheckpointWriterTest : public ::testing::Test {
   static bool is_written(const CheckpointWriter::Outcome& outcome) { return outcome.known && !outcome.failure; }
   [[nodiscard]] double time_in_file() const {
     const bus::ReadMessage read = bus::read_message(path_);
-    EXPECT_TRUE(read.message) << read.error;
+    EXPECT_TRUE(read.message) << read.error.value_or("");
     return read.message ? read.message->time() : -1.0;
   }
   std::string path_ =

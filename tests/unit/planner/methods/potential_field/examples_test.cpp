@@ -45,7 +45,7 @@ TEST_P(Examples, AreReachedLiveWithoutContact) {
   options.tasks = 6;
   options.seed = 3;
   const BatchReport report = simulate_tasks(cell, options);
-  EXPECT_EQ(report.failure, "");
+  EXPECT_EQ(report.failure, std::nullopt);
   EXPECT_EQ(report.reached, 6);
   EXPECT_EQ(report.contacts, 0U) << report.smallest.a << " – " << report.smallest.b;
   EXPECT_TRUE(report.has_smallest);
