@@ -8,6 +8,7 @@
 
 #include <sys/stat.h>
 
+#include "services/recorder/save_signal.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
@@ -57,6 +58,7 @@ std::string SavingEvents::take() {
     stopped_ = !stopped_;
     if (stopped_) event = "a person ordered a stop";
   }
+  if (SaveSignal::take()) event = "a person ordered it";
   return event;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The service hecaton-recorder: keeps a recording of the last minutes of a cell, and saves what was before and after a
-/// fault or a stop.
+/// The service hecaton-recorder: keeps a recording of the last minutes of a cell. It saves what was before and after a
+/// fault, a stop or the order of SaveSignal.
 
 #include <cstdint>
 #include <memory>
@@ -22,9 +22,10 @@
 namespace hecaton::services::recorder {
 
 /// Events of a cell after which its recording is saved: faults of severity error and above, and stops that people
-/// order.
+/// order; and orders of SaveSignal.
 class SavingEvents {
  public:
+  /// `participant` must outlive it.
   explicit SavingEvents(bus::Participant& participant);
   /// The newest event since the last call, as words; empty: none.
   [[nodiscard]] std::string take();
