@@ -109,8 +109,11 @@ void print_result(const Settings& settings, const recorder::Recorder& recorder) 
 /// Events after which the files that --keep would remove are saved.
 class Saving {
  public:
-  Saving(bus::Participant& participant, const Options& options) : after_(seconds(std::max(0.0, options.after_fault))) {
-    if (options.after_fault >= 0.0) events_.emplace(participant);
+  Saving(const config::CellFile& file, const ServiceOptions& service, const Options& options)
+      : after_(seconds(std::max(0.0, options.after_fault))) {
+    if (options.after_fault < 0.0) return;
+    participant_.emplace(make_participant(file, service, Role::kViewer, recorder_node()));
+    events_.emplace(*participant_);
   }
   void take(recorder::Recorder& recorder) {
     const std::string event = events_                        ? events_->take()
@@ -123,6 +126,7 @@ class Saving {
 
  private:
   std::chrono::nanoseconds after_;
+  std::optional<bus::Participant> participant_;
   std::optional<recorder::SavingEvents> events_;
 };
 
@@ -141,7 +145,7 @@ ExitCode record(const Settings& settings, const Options& options) {
   PeriodicLoop loop(recorder::Recorder::kPeriod, shutdown);
   recorder::Recorder recorder(file, participant, mailbox, recording);
   std::optional<Saving> saving;
-  if (recording.keep.count() > 0) saving.emplace(participant, options);
+  if (recording.keep.count() > 0) saving.emplace(file, service, options);
   std::fprintf(stderr, "recording cell %s, domain %d, into %s; Ctrl-C ends it\n", file.cell.name.c_str(), domain,
                recorder.recording().files().back().c_str());
   try {

@@ -26,8 +26,8 @@ class Recorder {
   /// Period in which take() is to be called.
   static constexpr std::chrono::milliseconds kPeriod{20};
 
-  /// Creates the file. `file`, `participant` and `mailbox`, the participant's own, must outlive it. Throws
-  /// RecordingError when the file cannot be created.
+  /// Creates the file. `file`, `participant` and `mailbox`, the participant's own, must outlive it. The participant
+  /// must have no typed endpoints. Throws RecordingError when the file cannot be created.
   Recorder(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox,
            const RecordingOptions& recording);
 

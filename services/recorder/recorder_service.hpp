@@ -25,7 +25,7 @@ namespace hecaton::services::recorder {
 /// order; and orders of SaveSignal.
 class SavingEvents {
  public:
-  /// `participant` must outlive it.
+  /// `participant` must outlive it, and be none of RawReaders.
   explicit SavingEvents(bus::Participant& participant);
   /// The newest event since the last call, as words; empty: none.
   [[nodiscard]] std::string take();
@@ -57,8 +57,9 @@ class RecorderService {
 
   const config::CellFile& file_;
   const config::Record& record_;
+  bus::Participant participant_;  ///< of the heartbeats and events
   bus::Mailbox mailbox_;
-  bus::Participant participant_;
+  bus::Participant recording_participant_;  ///< RawReaders allow no typed endpoint beside them
   PeriodicLoop loop_;
   std::optional<HeartbeatPublisher> heartbeat_;  ///< of a service of an agent
   SavingEvents events_;

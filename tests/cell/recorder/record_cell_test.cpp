@@ -287,6 +287,11 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
     EXPECT_TRUE(info.file.whole()) << entry.path();
     const auto found = info.topics.find("hecaton/Fault");
     if (found != info.topics.end()) faults += found->second.messages;
+    EXPECT_FALSE(info.clocks.empty()) << entry.path();
+    const std::string csv = folder_.path("csv-" + entry.path().stem().string());
+    for (const auto& [name, topic] : export_csv(entry.path(), csv).topics) {
+      EXPECT_EQ(topic.skipped, 0U) << name << ": " << topic.reason;
+    }
   }
   EXPECT_GT(faults, 0U);
   const auto logs = std::filesystem::directory_iterator(folder_.path("logs"));
