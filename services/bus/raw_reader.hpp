@@ -37,8 +37,8 @@ struct RawCounters {
   std::uint64_t lost = 0;        ///< reported by the middleware as lost on the way
 };
 
-/// take() is for one thread; the rest is thread-safe. The participant may have no typed Reader or Writer. Best-effort
-/// topics keep kDepth samples of each key until they are queued.
+/// take() is for one thread; the rest is thread-safe. The participant must not have a typed Reader or Writer.
+/// Best-effort topics keep kDepth samples of each key until they are queued.
 class RawReaders {
  public:
   static constexpr int kDepth = 64;

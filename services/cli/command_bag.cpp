@@ -88,6 +88,17 @@ Json info_json(const recorder::BagInfo& info) {
   }
   Json losses = Json::object();
   for (const auto& [name, topic] : info.losses) losses[name] = topic.fields();
+  Json clocks = Json::object();
+  for (const auto& [host, clock] : info.clocks) {
+    clocks[host] = {{"log_minus_publish_ns", clock.last},
+                    {"least_ns", clock.least},
+                    {"most_ns", clock.most},
+                    {"seconds", clock.seconds},
+                    {"heartbeats", clock.samples},
+                    {"steps", clock.steps},
+                    {"largest_step_ns", clock.largest_step},
+                    {"largest_step_at_ns", clock.stepped_at}};
+  }
   Json attachments = Json::array();
   for (const recorder::BagFile& file : info.attachments) {
     attachments.push_back({{"name", file.name}, {"media_type", file.media_type}, {"bytes", file.bytes}});
@@ -103,6 +114,7 @@ Json info_json(const recorder::BagInfo& info) {
           {"whole", info.file.whole()},
           {"damages", damages_of(info.file)},
           {"losses", info.has_losses ? losses : Json(nullptr)},
+          {"clocks", clocks},
           {"attachments", attachments},
           {"topics", topics}};
 }
@@ -116,6 +128,28 @@ std::string losses_text(const recorder::BagInfo& info) {
   return text.empty() ? "losses: none\n" : "losses:\n" + text;
 }
 
+/// "0.31 ms", "-60.000 s"
+std::string offset_text(std::int64_t nanoseconds) {
+  const double milliseconds = static_cast<double>(nanoseconds) * 1e-6;
+  const bool long_one = milliseconds >= 1e3 || milliseconds <= -1e3;
+  return long_one ? decimal_text(milliseconds * 1e-3, 3) + " s" : decimal_text(milliseconds, 2) + " ms";
+}
+
+/// A sentence for each host.
+std::string clocks_text(const recorder::BagInfo& info) {
+  std::string text;
+  for (const auto& [host, clock] : info.clocks) {
+    text += "clock of " + host + ": behind the recorder's by at most " + offset_text(clock.last) + " at the end, " +
+            offset_text(clock.least) + " to " + offset_text(clock.most) + " before";
+    if (clock.steps > 0) {
+      text += "; " + std::to_string(clock.steps) + " steps, the largest by " + offset_text(-clock.largest_step) +
+              " at " + utc_text(clock.stepped_at);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 std::string info_text(const recorder::BagInfo& info) {
   const std::string when = info.simulated ? " of virtual time" : " from " + utc_text(info.first);
   std::string text = "cell " + info.cell.value_or("unknown") + ", " + duration_text(info.duration()) + when + ", " +
@@ -127,7 +161,7 @@ std::string info_text(const recorder::BagInfo& info) {
     table.add({name, std::to_string(topic.messages), decimal_text(rate_of(topic, info), 1) + "/s",
                size_text(topic.bytes), nodes});
   }
-  text += table.text(Palette::for_stream(stdout)) + losses_text(info);
+  text += table.text(Palette::for_stream(stdout)) + losses_text(info) + clocks_text(info);
   for (const recorder::BagFile& file : info.attachments) {
     text += "attached: " + file.name + ", " + size_text(file.bytes) + "\n";
   }
@@ -199,7 +233,7 @@ void add_bag(CLI::App& app, Session& session) {
   CLI::App* bag = app.add_subcommand("bag", "Shows or converts a recording");
   bag->require_subcommand(1);
   auto options = std::make_shared<Options>();
-  CLI::App* info = add_file_command(*bag, "info", "Shows topics, rates, losses and attached files", *options);
+  CLI::App* info = add_file_command(*bag, "info", "Shows topics, rates, losses, clocks and attached files", *options);
   info->footer("Exit code 1: the recording has no end or is damaged; what its CRCs prove is shown.");
   info->callback(
       [&session, options] { session.action = [&session, options] { return show_info(session.settings, *options); }; });

@@ -1,12 +1,18 @@
-/// hecaton record: records all topics of a running cell.
+/// hecaton record: records all topics of a running cell, or orders its recorder to save.
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 #include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 
+#include "services/cli/cell_access.hpp"
 #include "services/cli/commands.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/options.hpp"
@@ -15,6 +21,8 @@
 #include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
 #include "services/recorder/recorder.hpp"
+#include "services/recorder/recorder_service.hpp"
+#include "services/recorder/save_signal.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
@@ -28,9 +36,11 @@ struct Options {
   std::string cell;
   std::optional<std::string> file;
   std::optional<std::string> split_size;
-  double duration = 0.0;    ///< [s]; 0: until a signal
-  double split_time = 0.0;  ///< [s]; 0: never
-  double keep = 0.0;        ///< [s]; 0: all
+  double duration = 0.0;      ///< [s]; 0: until a signal
+  double split_time = 0.0;    ///< [s]; 0: never
+  double keep = 0.0;          ///< [s]; 0: all
+  double after_fault = -1.0;  ///< after faults and stops that is saved, too [s]; negative: only SaveSignal saves
+  bool save = false;          ///< order the recorder of the cell to save, and record nothing
 };
 
 /// The bytes of "500MB". Throws Failure.
@@ -96,7 +106,32 @@ void print_result(const Settings& settings, const recorder::Recorder& recorder) 
   print(settings, json, table);
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+/// Events after which the files that --keep would remove are saved.
+class Saving {
+ public:
+  Saving(const config::CellFile& file, const ServiceOptions& service, const Options& options)
+      : after_(seconds(std::max(0.0, options.after_fault))) {
+    if (options.after_fault < 0.0) return;
+    participant_.emplace(make_participant(file, service, Role::kViewer, recorder_node()));
+    events_.emplace(*participant_);
+  }
+  void take(recorder::Recorder& recorder) {
+    const std::string event = events_                        ? events_->take()
+                              : recorder::SaveSignal::take() ? std::string("a person ordered it")
+                                                             : std::string();
+    if (event.empty()) return;
+    recorder.save(after_);
+    std::fprintf(stderr, "saved what is kept: %s\n", event.c_str());
+  }
+
+ private:
+  std::chrono::nanoseconds after_;
+  std::optional<bus::Participant> participant_;
+  std::optional<recorder::SavingEvents> events_;
+};
+
+ExitCode record(const Settings& settings, const Options& options) {
+  const recorder::SaveSignal save;
   const std::string cell = options.cell.empty() ? settings.cell_file : options.cell;
   if (cell.empty()) throw Failure(ExitCode::kUsage, "record needs the cell file, as CELL, --cell or HECATON_CELL");
   const recorder::RecordingOptions recording = recording_of(options);
@@ -109,10 +144,13 @@ ExitCode run(const Settings& settings, const Options& options) {
   bus::Participant participant = make_participant(file, service, Role::kViewer, recorder_node(), &mailbox);
   PeriodicLoop loop(recorder::Recorder::kPeriod, shutdown);
   recorder::Recorder recorder(file, participant, mailbox, recording);
+  std::optional<Saving> saving;
+  if (recording.keep.count() > 0) saving.emplace(file, service, options);
   std::fprintf(stderr, "recording cell %s, domain %d, into %s; Ctrl-C ends it\n", file.cell.name.c_str(), domain,
                recorder.recording().files().back().c_str());
   try {
     while (loop.next()) {
+      if (saving) saving->take(recorder);
       recorder.take();
       if (options.duration > 0.0 && recorder.duration() >= seconds(options.duration)) break;
     }
@@ -130,27 +168,72 @@ ExitCode run(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
+/// The process is a hecaton-recorder of this machine.
+bool is_recorder(long pid) {
+  constexpr std::string_view kName = "hecaton-recorde";  // the kernel keeps 15 bytes
+  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
+  std::string name;
+  return std::getline(file, name) && name == kName;
+}
+
+/// Orders the recorder that an agent of the cell has started.
+ExitCode save(const Settings& given, const Options& options) {
+  Settings settings = given;
+  if (!options.cell.empty()) settings.cell_file = options.cell;
+  const msg::CellStatus status = connect(settings)->status(answer_limit(settings));
+  const auto node = std::find_if(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& one) {
+    return one.alive() && one.heartbeat().node() == recorder_node();
+  });
+  if (node == status.nodes().end()) {
+    throw Failure(ExitCode::kNegative, "no agent of cell " + status.cell() +
+                                           " runs a recorder; give the cell file the key record, or send SIGUSR1 to "
+                                           "'hecaton record --keep'");
+  }
+  const msg::Heartbeat& heartbeat = node->heartbeat();
+  if (heartbeat.state() == msg::NodeState::NODE_FAILED) throw Failure(ExitCode::kNegative, heartbeat.cause().text());
+  const std::string process = "process " + std::to_string(heartbeat.pid()) + " on host " + heartbeat.host();
+  if (!is_recorder(heartbeat.pid())) {
+    throw Failure(ExitCode::kNegative, "the recorder is " + process + ", not on this machine; run the command there");
+  }
+  if (kill(static_cast<pid_t>(heartbeat.pid()), SIGUSR1) != 0) {
+    throw Failure(ExitCode::kNegative, "the recorder, " + process + ", takes no order: " + std::strerror(errno) +
+                                           "; run the command as the user of the agent");
+  }
+  print(settings, {{"recorder", recorder_node()}, {"host", heartbeat.host()}, {"pid", heartbeat.pid()}},
+        "the recorder on host " + heartbeat.host() + " saves what it keeps\n");
+  return ExitCode::kDone;
+}
+
 }  // namespace
 
 void add_record(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("record", "Records all topics of a running cell into a file, until Ctrl-C");
   auto options = std::make_shared<Options>();
   command->add_option("CELL", options->cell, "cell file (YAML) (--cell or HECATON_CELL)");
-  command->add_option("-o,--file", options->file, "the recording to write (.mcap); an existing file stays")
-      ->type_name("FILE");
+  CLI::Option* file =
+      command->add_option("-o,--file", options->file, "the recording to write (.mcap); an existing file stays")
+          ->type_name("FILE");
   add_duration(*command, "--duration", options->duration, "end after this time (Ctrl-C)", 0.1, kLongest);
   command
       ->add_option("--split-size", options->split_size, "begin another file above this size, such as 500MB (one file)")
       ->type_name("SIZE");
   add_duration(*command, "--split-time", options->split_time, "begin another file after this time (one file)", 1.0,
                kLongest);
-  add_duration(*command, "--keep", options->keep, "keep only the last files: those that ended within this time (all)",
-               1.0, kLongest);
+  CLI::Option* keep = add_duration(*command, "--keep", options->keep,
+                                   "keep only the last files: those that ended within this time (all)", 1.0, kLongest);
+  add_duration(*command, "--after-fault", options->after_fault,
+               "after a fault or a stop, save what is kept and this time after it (nothing is saved)", 0.0, kLongest)
+      ->needs(keep);
+  command->add_flag("--save", options->save, "order the recorder of the cell to save what it keeps; record nothing")
+      ->excludes(file);
   command->footer(
       "With --split-size, --split-time or --keep the files are FILE-0001.mcap and so on. --keep removes only files of "
-      "this recording. A recording that ends without Ctrl-C lacks a second at most.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+      "this recording, and none that is saved; the signal SIGUSR1 saves all that are there. A recording that ends "
+      "without Ctrl-C lacks a second at most.");
+  command->callback([&session, options] {
+    session.action = options->save ? on_cell([&session, options] { return save(session.settings, *options); })
+                                   : [&session, options] { return record(session.settings, *options); };
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -48,6 +48,26 @@ void take_report(ByteSpan text, BagInfo& info) {
   }
 }
 
+/// Reads what Recorder::report_clocks() writes; leaves out what it does not understand.
+void take_clocks(const McapMessage& message, BagInfo& info) {
+  constexpr std::int64_t kMost = 4'000'000'000'000'000'000;  // [ns] of an offset
+  const Json json = Json::parse(message.data.begin(), message.data.end(), nullptr, false);
+  const auto hosts = json.is_object() ? json.find("hosts") : json.end();
+  if (hosts == json.end() || !hosts->is_object()) return;
+  for (const auto& host : hosts->items()) {
+    const Json& clock = host.value();
+    const auto number = [&clock](const char* key) -> std::optional<std::int64_t> {
+      const auto found = clock.is_object() ? clock.find(key) : clock.end();
+      return found != clock.end() && found->is_number_integer() ? std::optional(found->get<std::int64_t>())
+                                                                : std::nullopt;
+    };
+    const auto offset = number("log_minus_publish_ns");
+    const auto heartbeats = number("heartbeats");
+    if (!offset || !heartbeats || *heartbeats < 0 || *offset > kMost || *offset < -kMost) continue;
+    info.clocks[host.key()].note(*offset, static_cast<std::uint64_t>(*heartbeats), message.log_time);
+  }
+}
+
 /// The rule of the messages of a channel; null: they are none of Hecaton's.
 const bus::TopicRule* rule_of(const McapChannel& channel) {
   if (channel.encoding != "cdr" || !channel.schema || !channel.topic.starts_with(kTopicPrefix)) return nullptr;
@@ -171,6 +191,7 @@ BagInfo bag_info(const std::string& path) {
   const auto take_message = [&info](const McapMessage& message) {
     const McapChannel& channel = *message.channel;
     if (channel.topic == Recording::kReport) take_report(message.data, info);
+    if (channel.topic == Recording::kClocks) take_clocks(message, info);
     if (is_repeated(channel)) return;
     TopicFigures& topic = info.topics[channel.topic];
     if (topic.messages++ == 0) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "services/recorder/host_clocks.hpp"
 #include "services/recorder/losses.hpp"
 #include "services/recorder/mcap_reader.hpp"
 
@@ -33,12 +34,13 @@ struct BagInfo {
   McapReport file;
   std::map<std::string, TopicFigures> topics;  ///< by name
   std::vector<BagFile> attachments;
-  std::optional<std::string> cell;            ///< its name; empty: the recording does not tell
-  std::map<std::string, TopicLosses> losses;  ///< by topic, as the recorder reported them last
-  bool has_losses = false;                    ///< the recorder has reported them
-  std::uint64_t first = 0;                    ///< log time of topics, without repeated messages [ns]
-  std::uint64_t last = 0;                     ///< the same
-  bool simulated = false;                     ///< its times are virtual, from 0
+  std::optional<std::string> cell;             ///< its name; empty: the recording does not tell
+  std::map<std::string, TopicLosses> losses;   ///< by topic, as the recorder reported them last
+  bool has_losses = false;                     ///< the recorder has reported them
+  std::map<std::string, ClockFigures> clocks;  ///< by host
+  std::uint64_t first = 0;                     ///< log time of topics, without repeated messages [ns]
+  std::uint64_t last = 0;                      ///< the same
+  bool simulated = false;                      ///< its times are virtual, from 0
 
   [[nodiscard]] double duration() const;  ///< [s]
 };

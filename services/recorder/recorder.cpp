@@ -6,8 +6,10 @@
 #include <iterator>
 #include <utility>
 
+#include <idl/health.h>
 #include <nlohmann/json.hpp>
 
+#include "services/bus/recorded_sample.hpp"
 #include "services/bus/wire_rules.hpp"
 #include "services/runtime/temporary_folder.hpp"
 
@@ -87,6 +89,7 @@ void Recorder::receive() {
   }
   for (bus::RawSample& sample : samples) {
     losses_.note(sample);
+    note_clock(sample);
     RecordedSample recorded;
     recorded.log_time = unix_time(sample.received);
     const auto node = nodes_.find(participant_of<ParticipantId>(sample.writer));
@@ -97,10 +100,24 @@ void Recorder::receive() {
   report();
 }
 
+void Recorder::note_clock(const bus::RawSample& sample) {
+  if (bus::kTopics[sample.topic].name != bus::Topic<msg::Heartbeat>::kInfo.name) return;
+  if (sample.withdrawn || sample.written_ns <= 0) return;
+  const auto heartbeat = bus::decode_recorded<msg::Heartbeat>(sample.bytes);
+  if (!heartbeat.value) return;
+  clocks_.note(heartbeat.value->host(), unix_time(sample.received), static_cast<std::uint64_t>(sample.written_ns),
+               heartbeat.value->stamp_ns());
+}
+
 void Recorder::report() {
   const auto now = bus::Clock::now();
   if (now < report_at_) return;
   report_at_ = now + kReportPeriod;
+  report_losses(now);
+  report_clocks(now);
+}
+
+void Recorder::report_losses(bus::Clock::time_point now) {
   std::vector<TopicLosses> losses = losses_.losses(readers_.counters());
   if (losses == reported_) return;
   reported_ = std::move(losses);
@@ -111,6 +128,16 @@ void Recorder::report() {
     json["topics"][std::string(bus::kTopics[i].name)] = reported_[i].fields();
   }
   recording_.report(json.dump(), unix_time(now));
+}
+
+void Recorder::report_clocks(bus::Clock::time_point now) {
+  nlohmann::ordered_json hosts = nlohmann::ordered_json::object();
+  for (const auto& [host, clock] : clocks_.take()) {
+    hosts[host] = {{"heartbeats", clock.samples},
+                   {"log_minus_publish_ns", clock.log_minus_publish},
+                   {"log_minus_stamp_ns", clock.log_minus_stamp}};
+  }
+  if (!hosts.empty()) recording_.compare_clocks(nlohmann::ordered_json{{"hosts", hosts}}.dump(), unix_time(now));
 }
 
 }  // namespace hecaton::services::recorder

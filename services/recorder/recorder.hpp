@@ -11,6 +11,7 @@
 #include "services/bus/participant.hpp"
 #include "services/bus/raw_reader.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/recorder/host_clocks.hpp"
 #include "services/recorder/losses.hpp"
 #include "services/recorder/recording.hpp"
 
@@ -25,8 +26,8 @@ class Recorder {
   /// Period in which take() is to be called.
   static constexpr std::chrono::milliseconds kPeriod{20};
 
-  /// Creates the file. `file`, `participant` and `mailbox`, the participant's own, must outlive it. Throws
-  /// RecordingError when the file cannot be created.
+  /// Creates the file. `file`, `participant` and `mailbox`, the participant's own, must outlive it. The participant
+  /// must have no typed endpoints. Throws RecordingError when the file cannot be created.
   Recorder(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox,
            const RecordingOptions& recording);
 
@@ -50,7 +51,10 @@ class Recorder {
   using ParticipantId = std::array<std::uint8_t, 12>;
 
   void receive();
+  void note_clock(const bus::RawSample& sample);
   void report();
+  void report_losses(bus::Clock::time_point now);
+  void report_clocks(bus::Clock::time_point now);
   [[nodiscard]] std::uint64_t unix_time(bus::Clock::time_point time) const;
 
   const config::CellFile& file_;
@@ -60,6 +64,7 @@ class Recorder {
   Recording recording_;
   bus::RawReaders readers_;
   LossCounter losses_;
+  HostClocks clocks_;
   std::map<ParticipantId, std::string> nodes_;
   std::vector<TopicLosses> reported_;
   bus::Clock::time_point report_at_{};

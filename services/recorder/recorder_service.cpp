@@ -8,6 +8,7 @@
 
 #include <sys/stat.h>
 
+#include "services/recorder/save_signal.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
@@ -57,6 +58,7 @@ std::string SavingEvents::take() {
     stopped_ = !stopped_;
     if (stopped_) event = "a person ordered a stop";
   }
+  if (SaveSignal::take()) event = "a person ordered it";
   return event;
 }
 
@@ -64,7 +66,8 @@ RecorderService::RecorderService(const config::CellFile& file, const ServiceOpti
                                  const ShutdownSignal& shutdown)
     : file_(file),
       record_(file.record.value()),
-      participant_(make_participant(file, options, Role::kViewer, recorder_node(), &mailbox_)),
+      participant_(make_participant(file, options, Role::kViewer, recorder_node())),
+      recording_participant_(make_participant(file, options, Role::kViewer, recorder_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(Recorder::kPeriod, file.supervision.heartbeat_period), shutdown),
       events_(participant_) {
   if (options.heartbeat_fd >= 0) {
@@ -98,7 +101,7 @@ void RecorderService::begin(bus::Clock::time_point now) {
   try {
     make_folder(record_.folder);
     options.former = former_files(options.path, file_.cell.name);
-    recorder_ = std::make_unique<Recorder>(file_, participant_, mailbox_, options);
+    recorder_ = std::make_unique<Recorder>(file_, recording_participant_, mailbox_, options);
     log_info("recording", {{"file", recorder_->recording().files().back()}});
     refusal_.clear();
   } catch (const RecordingError& error) {

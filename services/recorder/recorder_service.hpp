@@ -1,6 +1,6 @@
 #pragma once
-/// The service hecaton-recorder: keeps a recording of the last minutes of a cell, and saves what was before and after a
-/// fault or a stop.
+/// The service hecaton-recorder: keeps a recording of the last minutes of a cell. It saves what was before and after a
+/// fault, a stop or the order of SaveSignal.
 
 #include <cstdint>
 #include <memory>
@@ -22,9 +22,10 @@
 namespace hecaton::services::recorder {
 
 /// Events of a cell after which its recording is saved: faults of severity error and above, and stops that people
-/// order.
+/// order; and orders of SaveSignal.
 class SavingEvents {
  public:
+  /// `participant` must outlive it, and be none of RawReaders.
   explicit SavingEvents(bus::Participant& participant);
   /// The newest event since the last call, as words; empty: none.
   [[nodiscard]] std::string take();
@@ -56,8 +57,9 @@ class RecorderService {
 
   const config::CellFile& file_;
   const config::Record& record_;
+  bus::Participant participant_;  ///< of the heartbeats and events
   bus::Mailbox mailbox_;
-  bus::Participant participant_;
+  bus::Participant recording_participant_;  ///< RawReaders allow no typed endpoint beside them
   PeriodicLoop loop_;
   std::optional<HeartbeatPublisher> heartbeat_;  ///< of a service of an agent
   SavingEvents events_;

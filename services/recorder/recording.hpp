@@ -56,6 +56,7 @@ class Recording {
   static constexpr std::string_view kSimulation = "simulation.json";
   static constexpr std::string_view kReport = "recorder/report";        ///< JSON: figures and losses so far
   static constexpr std::string_view kWithdrawn = "recorder/withdrawn";  ///< JSON: keys that writers have retired
+  static constexpr std::string_view kClocks = "recorder/clocks";        ///< JSON: offsets of the hosts' clocks
 
   /// Creates the first file. Each file gets a copy of all `attachments`. `now`: since 1970 [ns].
   Recording(RecordingOptions options, std::vector<AttachedFile> attachments, std::uint64_t now);
@@ -63,6 +64,8 @@ class Recording {
   void write(RecordedSample sample);
   /// A message of channel kReport. The text also becomes the metadata of each file that is closed.
   void report(const std::string& json, std::uint64_t now);
+  /// A message of channel kClocks.
+  void compare_clocks(const std::string& json, std::uint64_t now) { write_json(kClocks, json, now); }
   /// Puts onto the disk what is older than kFlush, begins another file and removes old ones, as the options say. Call
   /// it several times a second.
   void keep_up(std::uint64_t now);

@@ -122,6 +122,12 @@ TEST_F(RecordedCell, HasWhatASecondReaderSaw) {
   EXPECT_EQ(info.topics.at("hecaton/ArmState").nodes,
             (std::set<std::string>{"driver/east", "driver/north", "driver/west"}));
   EXPECT_TRUE(info.topics.at("hecaton/CellMode").nodes.contains("supervisor"));
+  // All nodes share the clock of this machine.
+  ASSERT_EQ(info.clocks.size(), 1U);
+  const ClockFigures& clock = info.clocks.begin()->second;
+  EXPECT_GT(clock.samples, 100U);
+  EXPECT_GT(clock.least, -100'000'000);
+  EXPECT_LT(clock.least, 100'000'000);
   // The cell file, its robots, and nothing else.
   bool has_cell_file = false;
   for (const BagFile& file : info.attachments) has_cell_file |= file.name.ends_with("/three_puma.yaml");
@@ -133,7 +139,7 @@ TEST_F(RecordedCell, HasWhatASecondReaderSaw) {
   const Ran export_run = run({"bag", "export", path_, "--csv", "-o", folder_.path("csv"), "--output", "json"});
   ASSERT_EQ(export_run.code, 0) << export_run.err;
   const Json exported = Json::parse(export_run.out);
-  EXPECT_EQ(exported.at("files").size(), info.topics.size() - 1 - info.topics.count("recorder/withdrawn"));
+  EXPECT_EQ(exported.at("files").size(), info.topics.size() - 2 - info.topics.count("recorder/withdrawn"));
   const States recorded = exported_states(folder_.path("csv/ArmState.csv"));
   ASSERT_GT(seen.size(), 1000U);
   std::size_t missing = 0;
@@ -216,6 +222,23 @@ TEST_F(RecordedCell, GoesOnWhenTheDiskOfTheRecorderIsFull) {
   EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0);
 }
 
+TEST_F(RecordedCell, SavesItsLastFilesByOrderAndAfterAStop) {
+  const auto recorder =
+      start({"record", kThreePuma, "-o", path_, "--keep", "1s", "--after-fault", "0s", "--output", "json"});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  recorder->signal(SIGUSR1);
+  ASSERT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered it")) << recorder->err();
+  EXPECT_EQ(run({"stop"}).code, 0);
+  ASSERT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered a stop")) << recorder->err();
+  recorder->signal(SIGINT);
+  ASSERT_EQ(recorder->wait(), 0) << recorder->err();
+  EXPECT_EQ(run({"resume"}).code, 0);
+  // No agent of this cell runs a recorder.
+  const Ran none = run({"record", kThreePuma, "--save"});
+  EXPECT_EQ(none.code, 1);
+  EXPECT_NE(none.err.find("the key record"), std::string::npos) << none.err;
+}
+
 /// A cell whose agent starts a recorder. Where its folder is to be, a file stands at first.
 class CellWithRecorder : public LiveCell {
  protected:
@@ -227,6 +250,7 @@ class CellWithRecorder : public LiveCell {
     folder_.write("recordings", "in the way");
   }
   [[nodiscard]] std::string cell_file() const override { return folder_.path("cell.yaml"); }
+  [[nodiscard]] std::vector<std::string> up_options() const override { return {"--log-dir", folder_.path("logs")}; }
 
   /// Asks for the faults until one of the recorder is there, or none is.
   [[nodiscard]] bool await_fault(bool there) const {
@@ -248,6 +272,9 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
   std::filesystem::remove(folder_.path("recordings"));
   EXPECT_TRUE(await_fault(false));
 
+  const Ran saved = run({"record", cell_file(), "--save", "--output", "json"});
+  ASSERT_EQ(saved.code, 0) << saved.err;
+  EXPECT_EQ(Json::parse(saved.out).at("pid"), processes().at("recorder"));
   ASSERT_EQ(kill(processes().at("driver/west"), SIGKILL), 0);
   EXPECT_EQ(run({"goal", "north", "--named", "home", "--wait"}).code, 0);
   up_->signal(SIGINT);
@@ -260,8 +287,19 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
     EXPECT_TRUE(info.file.whole()) << entry.path();
     const auto found = info.topics.find("hecaton/Fault");
     if (found != info.topics.end()) faults += found->second.messages;
+    EXPECT_FALSE(info.clocks.empty()) << entry.path();
+    const std::string csv = folder_.path("csv-" + entry.path().stem().string());
+    for (const auto& [name, topic] : export_csv(entry.path(), csv).topics) {
+      EXPECT_EQ(topic.skipped, 0U) << name << ": " << topic.reason;
+    }
   }
   EXPECT_GT(faults, 0U);
+  const auto logs = std::filesystem::directory_iterator(folder_.path("logs"));
+  EXPECT_TRUE(std::any_of(begin(logs), end(logs), [](const auto& log) {
+    std::ifstream file(log.path());
+    return std::string(std::istreambuf_iterator<char>(file), {}).find("because=\"a person ordered it\"") !=
+           std::string::npos;
+  })) << "the order to save";
 }
 
 /// three_puma with a standby for each planner, as on two hosts.
@@ -343,6 +381,8 @@ TEST(Record, SaysWhatItNeeds) {
   refused({"record"}, 2, "cell file");
   refused({"record", kThreePuma}, 2, "-o FILE.mcap");
   refused({"record", "missing.yaml", "-o", file}, 3, "missing.yaml");
+  refused({"record", kThreePuma, "-o", file, "--after-fault", "1s"}, 2, "--keep");
+  refused({"record", kThreePuma, "-o", file, "--save"}, 2, "--save");
   refused({"record", kThreePuma, "-o", file, "--split-size", "5"}, 3, "--split-size");
   refused({"record", kThreePuma, "-o", file, "--keep", "-1min"}, 3, "--keep");
   refused({"record", kThreePuma, "-o", folder.path("none/a.mcap"), "--domain", domain}, 3, "none/a.mcap");

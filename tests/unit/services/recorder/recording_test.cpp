@@ -10,6 +10,7 @@
 
 #include "services/recorder/bag.hpp"
 #include "services/recorder/message_schema.hpp"
+#include "services/recorder/save_signal.hpp"
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -256,6 +257,60 @@ TEST(LossCounter, CountsTheGapsOfEachWriter) {
   const auto losses = counter.losses(std::vector<bus::RawCounters>(bus::kTopics.size()));
   EXPECT_EQ(losses[topic_index("ArmState")].missing, 2U);
   EXPECT_EQ(losses[topic_index("GoalStatus")].missing, 0U);
+}
+
+TEST(HostClocks, TakeTheLeastDifferenceOfEachSecond) {
+  HostClocks clocks;
+  clocks.note("left", kBegan + 500, kBegan + 100, 7);
+  clocks.note("left", kBegan + 900, kBegan + 800, 1);
+  clocks.note("right", kBegan, kBegan + 60 * kSecond, 0);
+  const auto taken = clocks.take();
+  ASSERT_EQ(taken.size(), 2U);
+  EXPECT_EQ(taken.at("left").samples, 2U);
+  EXPECT_EQ(taken.at("left").log_minus_publish, 100);
+  EXPECT_EQ(taken.at("left").log_minus_stamp, static_cast<std::int64_t>(kBegan + 493));
+  EXPECT_EQ(taken.at("right").log_minus_publish, -60 * static_cast<std::int64_t>(kSecond));
+  EXPECT_TRUE(clocks.take().empty());
+  for (std::size_t i = 0; i < 2 * HostClocks::kMostHosts; ++i) clocks.note(std::to_string(i), 1, 1, 1);
+  EXPECT_EQ(clocks.take().size(), HostClocks::kMostHosts);
+}
+
+TEST(Recording, TellsTheClockOfAHostAndItsSteps) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("run.mcap");
+  Recording recording({.path = path}, {}, kBegan);
+  // In each second [ms]: 0.2 behind; stepped back by a minute, and forth again.
+  const std::vector<std::int64_t> offsets{200'000, 300'000, 60'000'200'000, 60'000'100'000, 250'000};
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    recording.compare_clocks(
+        R"({"hosts":{"left":{"heartbeats":10,"log_minus_publish_ns":)" + std::to_string(offsets[i]) + "}}}",
+        kBegan + i * kSecond);
+  }
+  for (const char* foreign : {"[]", "{}", R"({"hosts":[1]})", R"({"hosts":{"left":1,"right":{"heartbeats":1}}})",
+                              R"({"hosts":{"left":{"heartbeats":-1,"log_minus_publish_ns":0}}})",
+                              R"({"hosts":{"left":{"heartbeats":1,"log_minus_publish_ns":9223372036854775807}}})"}) {
+    recording.compare_clocks(foreign, kBegan + 5 * kSecond);
+  }
+  recording.close();
+  const BagInfo info = bag_info(path);
+  ASSERT_EQ(info.clocks.size(), 1U);
+  const ClockFigures& clock = info.clocks.at("left");
+  EXPECT_EQ(clock.seconds, 5U);
+  EXPECT_EQ(clock.samples, 50U);
+  EXPECT_EQ(clock.last, 250'000);
+  EXPECT_EQ(clock.least, 200'000);
+  EXPECT_EQ(clock.most, 60'000'200'000);
+  EXPECT_EQ(clock.steps, 2U);
+  EXPECT_EQ(clock.largest_step, 59'999'900'000);
+  EXPECT_EQ(clock.stepped_at, kBegan + 2 * kSecond);
+}
+
+TEST(SaveSignal, IsTakenOnce) {
+  const SaveSignal save;
+  EXPECT_FALSE(SaveSignal::take());
+  ASSERT_EQ(raise(SIGUSR1), 0);
+  EXPECT_TRUE(SaveSignal::take());
+  EXPECT_FALSE(SaveSignal::take());
 }
 
 TEST(Recording, SavesWhatWasBeforeAndAfterAnEvent) {
