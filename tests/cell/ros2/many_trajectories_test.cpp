@@ -1,4 +1,4 @@
-/// Trajectories at random on three arms that share a zone, while planners are killed: every goal has the outcome that
+/// Trajectories at random on three arms that share a zone, while a planner is killed: every goal has the outcome that
 /// docs/reference/ros2.md names, and nothing touches.
 
 #include <cstdlib>
@@ -86,6 +86,7 @@ class Customer {
   static inline const std::vector<double> kReady{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
 
   double draw(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
+  /// Orders come at any time.
   void wait(double from, double to) { std::this_thread::sleep_for(std::chrono::duration<double>(draw(from, to))); }
 
   Goal smooth_to(const std::vector<double>& to, double shortest = 0.5) {
