@@ -422,6 +422,21 @@ std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
   return record;
 }
 
+Goal Connection::adopt(const std::shared_ptr<Connection>& connection, const std::string& arm, const std::string& goal) {
+  auto record = std::make_shared<GoalRecord>();
+  record->goal.arm(arm);
+  record->goal.goal(goal);
+  record->goal.client(connection->name_);
+  {
+    const Lock lock(connection->mutex_);
+    static_cast<void>(connection->goal_topics());
+    const auto newest = connection->newest_.find(arm);
+    if (newest != connection->newest_.end() && newest->second.goal() == goal) record->status = newest->second;
+    connection->goals_[goal] = record;
+  }
+  return {connection, record};
+}
+
 void Connection::cancel(const GoalRecord& record) {
   const Lock lock(mutex_);
   msg::Goal goal = record.goal;

@@ -93,6 +93,9 @@ class Connection {
 
   /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
+  /// A goal of an arm that another connection has sent: this one follows and cancels it, and sends nothing now.
+  [[nodiscard]] static Goal adopt(const std::shared_ptr<Connection>& connection, const std::string& arm,
+                                  const std::string& goal);
   void cancel(const GoalRecord& record);
   [[nodiscard]] std::optional<msg::GoalStatus> status_of(const GoalRecord& record) const;
   void set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback);

@@ -36,6 +36,27 @@ NativeGoal send(const std::shared_ptr<Session>& session, const std::string& arm,
   return {session, session->send(arm, [&](const Arm& handle) { return handle.go_to(*q, options); })};
 }
 
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// A trajectory of arrays with a row for each time. Their shapes and numbers are checked in Python.
+Trajectory trajectory_of(const Array& times, const Array& positions, const std::optional<Array>& velocities,
+                         const std::optional<Array>& accelerations, const std::optional<Array>& path_tolerance) {
+  Trajectory trajectory;
+  const auto row = [](const Array& matrix, py::ssize_t i) {
+    return std::vector<double>(matrix.data(i, 0), matrix.data(i, 0) + matrix.shape(1));
+  };
+  for (py::ssize_t i = 0; i < times.size(); ++i) {
+    TrajectoryPoint& point = trajectory.points.emplace_back();
+    point.time = Seconds(times.at(i));
+    point.q = row(positions, i);
+    if (velocities) point.qd = row(*velocities, i);
+    if (accelerations) point.qdd = row(*accelerations, i);
+  }
+  if (path_tolerance)
+    trajectory.path_tolerance.assign(path_tolerance->data(), path_tolerance->data() + path_tolerance->size());
+  return trajectory;
+}
+
 enum class Order { kHold, kResume, kStop };
 
 Receipt give(Session& session, Order order, const std::vector<std::string>& arms, const Limit& timeout) {
@@ -194,6 +215,19 @@ void bind_session(py::module_& module) {
           },
           py::arg("arm"), py::arg("target"), py::arg("time_limit"), py::arg("free_rotation"),
           py::arg("position_tolerance"), py::arg("orientation_tolerance"))
+      .def(
+          "follow",
+          [](const std::shared_ptr<Session>& self, const std::string& arm, const Array& times, const Array& positions,
+             const std::optional<Array>& velocities, const std::optional<Array>& accelerations,
+             const std::optional<Array>& path_tolerance, const Limit& time_limit) {
+            const Trajectory trajectory = trajectory_of(times, positions, velocities, accelerations, path_tolerance);
+            GoalOptions options;
+            options.time_limit = limit_of(time_limit);
+            return NativeGoal(self,
+                              self->send(arm, [&](const Arm& handle) { return handle.follow(trajectory, options); }));
+          },
+          py::arg("arm"), py::arg("times"), py::arg("positions"), py::arg("velocities"), py::arg("accelerations"),
+          py::arg("path_tolerance"), py::arg("time_limit"))
       .def(
           "arm_state",
           [](Session& self, const std::string& arm, const Limit& timeout) {

@@ -266,11 +266,16 @@ void bind_progress(py::module_& module) {
       .field("elapsed", &Progress::elapsed, "since the planner accepted the goal [s]")
       .computed(
           "q_goal", [](const Progress& progress) { return array_of(progress.q_goal); },
-          "target joint positions, a NumPy array; empty until they are known [rad | m]")
+          "target joint positions, a NumPy array; empty until they are known; on an active trajectory those of half a "
+          "second later [rad | m]")
       .field("planner", &Progress::planner, "node that reports the progress")
       .field("note", &Progress::note, "what the planner changed in the goal, for people; empty: nothing")
       .field("tool_error", &Progress::tool_error, "measured; None: no pose goal, or not measured yet")
       .field("nearest", &Progress::nearest, "with the cause 'goal_orientation'")
+      .field("trajectory_time", &Progress::trajectory_time,
+             "in its trajectory that the arm has come to [s]; None: it has no trajectory")
+      .field("trajectory_rate", &Progress::trajectory_rate,
+             "of that time: 1 as the trajectory demands, 0 while the arm waits")
       .def_property_readonly(
           "ended", [](const Progress& progress) { return is_final(progress.state); }, "the state is the last one");
   Value<Outcome>(module, "Outcome", "How a goal stands at the end of a wait. True if the goal was reached.")

@@ -107,20 +107,21 @@ NodeEndpoints OrderServices::endpoints() const {
 }
 
 Control::ArmControl::ArmControl(bus::Participant& participant, const std::string& ns, const planner::Arm& of,
-                                Arm of_client, bus::Mailbox& mailbox)
+                                const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+                                const std::string& checkpoint)
     : arm(of),
-      client(std::move(of_client)),
-      trajectories(participant, ns, of, client, mailbox),
+      client(Cell(connection).arm(of.name)),
+      trajectories(participant, ns, of, connection, mailbox, checkpoint),
       poses(participant, ns + "/" + of.name + "/goal_pose", type::kPoseStamped, mailbox),
       positions(participant, ns + "/" + of.name + "/goal_joints", type::kJointState, mailbox) {}
 
 Control::Control(bus::Participant& participant, const config::CellFile& file,
-                 const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox)
+                 const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+                 const std::string& checkpoint)
     : orders_(participant, file, Cell(connection), mailbox), scenes_(participant, file, connection, mailbox) {
-  const Cell cell(connection);
   for (const planner::PlannedArm& planned : file.cell.arms) {
-    arms_.push_back(
-        std::make_unique<ArmControl>(participant, file.ros2->ns, planned.arm, cell.arm(planned.arm.name), mailbox));
+    const std::string of_arm = checkpoint.empty() ? "" : checkpoint + "-" + planned.arm.name;
+    arms_.push_back(std::make_unique<ArmControl>(participant, file.ros2->ns, planned.arm, connection, mailbox, of_arm));
   }
 }
 

@@ -53,9 +53,10 @@ class OrderServices {
 /// All that drives the cell from ROS 2. For one thread.
 class Control {
  public:
-  /// `file` and `mailbox` must outlive it.
+  /// `file` and `mailbox` must outlive it. `checkpoint`: begin of the names of files that survive a restart; empty:
+  /// none.
   Control(bus::Participant& participant, const config::CellFile& file,
-          const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox);
+          const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox, const std::string& checkpoint);
 
   void update(const CellView& view, bus::Clock::time_point now);
 
@@ -66,8 +67,9 @@ class Control {
 
  private:
   struct ArmControl {
-    ArmControl(bus::Participant& participant, const std::string& ns, const planner::Arm& of, Arm client,
-               bus::Mailbox& mailbox);
+    ArmControl(bus::Participant& participant, const std::string& ns, const planner::Arm& of,
+               const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+               const std::string& checkpoint);
     const planner::Arm& arm;
     Arm client;
     TrajectoryServer trajectories;

@@ -35,9 +35,10 @@ std::uint64_t ticks_of(double period) {
 }
 
 std::optional<Control> control_of(const config::CellFile& file, bus::Participant& participant,
-                                  const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox) {
+                                  const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+                                  const std::string& checkpoint) {
   if (!file.ros2->control) return std::nullopt;
-  return std::optional<Control>(std::in_place, participant, file, connection, mailbox);
+  return std::optional<Control>(std::in_place, participant, file, connection, mailbox, checkpoint);
 }
 
 NodeEndpoints endpoints_of(const CellPublisher& publisher, const std::optional<Control>& control) {
@@ -71,7 +72,7 @@ Ros2Service::Ros2Service(const config::CellFile& file, const services::ServiceOp
       cell_(file, participant_, mailbox_),
       connection_(connect(file, options)),
       publisher_(file, ros_participant_),
-      control_(control_of(file, ros_participant_, connection_, ros_mailbox_)),
+      control_(control_of(file, ros_participant_, connection_, ros_mailbox_, options.checkpoint)),
       graph_(graph_of(*file.ros2, ros_participant_, endpoints_of(publisher_, control_), ros_mailbox_)),
       status_(Cell(connection_)) {}
 

@@ -13,6 +13,9 @@ using namespace std::chrono_literals;
 
 constexpr auto kFeedbackPeriod = 40ms;
 constexpr std::size_t kMostWaiting = 64;  // requests for results
+/// After a restart, clients of the earlier process are discovered within this time, and planners report their goals.
+constexpr auto kRediscovery = 3s;
+constexpr auto kPlannerReport = 5s;
 
 // Return codes of action_msgs/srv/CancelGoal.
 constexpr std::int8_t kCancelAccepted = 0;
@@ -40,6 +43,14 @@ bool is_stamp_zero(const Time& stamp) {
 
 double seconds_of(const Time& stamp) {
   return static_cast<double>(stamp.sec) + 1e-9 * static_cast<double>(stamp.nanosec);
+}
+
+std::int64_t stamp_of(bus::Clock::time_point time) {
+  return std::chrono::nanoseconds(time.time_since_epoch()).count();
+}
+
+bus::Clock::time_point time_of(std::int64_t stamp_ns) {
+  return bus::Clock::time_point(std::chrono::nanoseconds(stamp_ns));
 }
 
 planner::JointVector measured(const ArmSnapshot& arm) {
@@ -100,22 +111,101 @@ GoalInfo ActionGoals::info(const Id& id) const {
   return {{id}, goals_.at(id).stamp};
 }
 
+std::vector<SavedGoal> ActionGoals::saved() const {
+  std::vector<SavedGoal> all;
+  for (const Id& id : order_) {
+    const Goal& goal = goals_.at(id);
+    all.push_back({info(id), goal.status, goal.result.has_value(), goal.result.value_or(TrajectoryResult{}),
+                   stamp_of(goal.ended)});
+  }
+  return all;
+}
+
+void ActionGoals::restore(const std::vector<SavedGoal>& goals) {
+  for (const SavedGoal& goal : goals) {
+    const Id& id = goal.info.goal_id.uuid;
+    if (!add(id, goal.info.stamp)) continue;
+    set_status(id, goal.status);
+    if (goal.ended) end(id, goal.status, goal.result, time_of(goal.ended_ns));
+  }
+}
+
 TrajectoryServer::TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm,
-                                   Arm client, bus::Mailbox& mailbox)
+                                   const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+                                   const std::string& checkpoint)
     : arm_(arm),
-      client_(std::move(client)),
+      connection_(connection),
+      checkpoint_(checkpoint),
       send_goal_(participant, service_of(action_name(ns, arm) + "send_goal", type::kSendTrajectory), mailbox),
       cancel_goal_(participant, service_of(action_name(ns, arm) + "cancel_goal", type::kCancelGoal), mailbox),
       get_result_(participant, service_of(action_name(ns, arm) + "get_result", type::kTrajectoryResult), mailbox),
       feedback_(participant, action_name(ns, arm) + "feedback", type::kTrajectoryFeedback),
-      status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched) {}
+      status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched) {
+  restore();
+}
+
+void TrajectoryServer::restore() {
+  const auto saved = checkpoint_.load(arm_.name);
+  if (!saved) return;
+  restored_ = Clock::now();
+  goals_.restore(saved->goals);
+  for (const SavedRequest& request : saved->requests) {
+    waiting_.emplace_back(request.goal.uuid, bus::ros2::RequestId{{request.client}, request.number});
+  }
+  for (const SavedTrajectory& active : saved->active) {
+    if (!active_ && goals_.knows(active.id.uuid)) restore(active, restored_);
+  }
+  status_.publish(goals_.statuses());
+}
+
+void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point now) {
+  const ActionGoals::Id& id = active.id.uuid;
+  const auto joints = static_cast<std::ptrdiff_t>(active.start.size());
+  const planner::JointVector start = Eigen::Map<const Eigen::VectorXd>(active.start.data(), joints);
+  std::optional<TrajectoryOrder> order;
+  if (joints == arm_.model->joints()) {
+    auto checked = check_trajectory(active.order, arm_, start, 0.0);
+    if (auto* accepted = std::get_if<TrajectoryOrder>(&checked)) order = std::move(*accepted);
+  }
+  if (!order || active.goal.empty()) {
+    goals_.end(id, ActionGoals::kAborted,
+               {static_cast<std::int32_t>(TrajectoryCode::kInvalidGoal),
+                "hecaton-ros2 was restarted before it had sent the trajectory"},
+               now);
+    return;
+  }
+  const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
+  active_.emplace(Active{id, TrajectoryFollower(std::move(*order)), active.order,
+                         client::Connection::adopt(connection_, arm_.name, active.goal), begun, begun, active.canceling,
+                         true});
+  if (active.canceling) active_->goal->cancel();
+  services::log_info("trajectory continues after a restart", {{"arm", arm_.name}, {"goal", active.goal}});
+}
+
+/// Before a client is answered: the answer is a promise.
+void TrajectoryServer::save() {
+  SavedAction action{arm_.name, goals_.saved(), {}, {}};
+  for (const auto& [goal, request] : waiting_) {
+    action.requests.push_back({{goal}, request.client.bytes, request.number});
+  }
+  if (active_) {
+    const planner::JointVector& start = active_->follower.order().start;
+    action.active.push_back({{active_->id},
+                             active_->goal ? active_->goal->id() : std::string(),
+                             active_->order,
+                             {start.begin(), start.end()},
+                             stamp_of(active_->begun),
+                             active_->canceling});
+  }
+  checkpoint_.save(action);
+}
 
 void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
   take_goals(arm, now);
   take_cancellations();
   follow(arm, now);
   take_result_requests();
-  send_results();
+  send_results(now);
   goals_.forget_old(now);
 }
 
@@ -136,8 +226,8 @@ void TrajectoryServer::take_goals(const ArmSnapshot& arm, Clock::time_point now)
     }
     const Time stamp = ros_time(std::chrono::system_clock::now());
     const bool accepted = goals_.add(goal->goal_id.uuid, stamp);
-    send_goal_.reply(request.id, encoded(SendGoalResponse{accepted, stamp}));
     if (accepted) accept(*goal, arm, now);
+    send_goal_.reply(request.id, encoded(SendGoalResponse{accepted, stamp}));
   }
 }
 
@@ -146,6 +236,7 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
   const auto refuse = [&](TrajectoryCode code, const std::string& text) {
     goals_.end(id, ActionGoals::kAborted, {static_cast<std::int32_t>(code), text}, now);
     services::log_info("trajectory refused", {{"arm", arm_.name}, {"reason", text}});
+    save();
     status_.publish(goals_.statuses());
   };
   if (arm.kinematics == nullptr) {
@@ -159,11 +250,12 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
   if (active_) {
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, "a later trajectory has replaced this one", now);
   }
-  active_.emplace(Active{id, TrajectoryFollower(std::get<TrajectoryOrder>(std::move(checked))),
-                         request.goal.trajectory.joint_names, std::nullopt, now});
+  active_.emplace(Active{id, TrajectoryFollower(std::get<TrajectoryOrder>(std::move(checked))), request.goal,
+                         std::nullopt, now, now});
   services::log_info("trajectory accepted", {{"arm", arm_.name}, {"duration_s", active_->follower.order().duration()}});
-  status_.publish(goals_.statuses());
   send_goal(now);
+  save();
+  status_.publish(goals_.statuses());
 }
 
 void TrajectoryServer::take_cancellations() {
@@ -188,6 +280,7 @@ void TrajectoryServer::take_cancellations() {
       goals_.set_status(active_->id, ActionGoals::kCanceling);
       response.return_code = kCancelAccepted;
       response.goals_canceling.push_back(goals_.info(active_->id));
+      save();
       status_.publish(goals_.statuses());
     } else if (!all) {
       response.return_code = goals_.knows(id) ? kCancelTerminated : kCancelUnknown;
@@ -207,16 +300,19 @@ void TrajectoryServer::take_result_requests() {
     }
     if (waiting_.size() >= kMostWaiting) waiting_.erase(waiting_.begin());
     waiting_.emplace_back(wanted->goal_id.uuid, request.id);
+    if (!goals_.result(wanted->goal_id.uuid)) save();
   }
 }
 
-void TrajectoryServer::send_results() {
-  std::erase_if(waiting_, [&](const auto& entry) {
+void TrajectoryServer::send_results(Clock::time_point now) {
+  if (now < restored_ + kRediscovery) return;
+  const std::size_t answered = std::erase_if(waiting_, [&](const auto& entry) {
     const auto result = goals_.result(entry.first);
     if (!result) return false;
     get_result_.reply(entry.second, encoded(*result));
     return true;
   });
+  if (answered > 0) save();
 }
 
 void TrajectoryServer::send_goal(Clock::time_point now) {
@@ -242,7 +338,7 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
     }
   }
   try {
-    active_->goal = client_.follow(trajectory);
+    active_->goal = Cell(connection_).arm(arm_.name).follow(trajectory);
   } catch (const Error& error) {
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, error.what(), now);
   }
@@ -253,7 +349,13 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   TrajectoryFollower::Input input{measured(arm), std::chrono::duration<double>(now - active_->updated).count()};
   active_->updated = now;
   bool over = !active_->goal;
-  if (const auto progress = active_->goal ? active_->goal->progress() : std::nullopt) {
+  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  if (!progress && active_->restored && now > restored_ + kPlannerReport) {
+    over = true;
+    input.report = TrajectoryFollower::GoalReport::kLost;
+    input.reason = "hecaton-ros2 was restarted, and no planner knows the goal";
+  }
+  if (progress) {
     over = is_final(progress->state);
     input.reason = reason_of(*progress);
     if (progress->trajectory_time) input.time = progress->trajectory_time->count();
@@ -286,6 +388,7 @@ void TrajectoryServer::finish(std::int8_t status, TrajectoryCode code, const std
   goals_.end(active_->id, status, {static_cast<std::int32_t>(code), text}, now);
   services::log_info("trajectory ended", {{"arm", arm_.name}, {"status", static_cast<int>(status)}, {"reason", text}});
   active_.reset();
+  save();
   status_.publish(goals_.statuses());
 }
 
@@ -295,12 +398,12 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
   message.goal_id.uuid = active_->id;
   TrajectoryFeedback& feedback = message.feedback;
   feedback.header.stamp = ros_time(arm.state->received);
-  feedback.joint_names = active_->names;
+  feedback.joint_names = active_->order.trajectory.joint_names;
   const TrajectoryFollower& follower = active_->follower;
   const planner::JointState desired = follower.order().at(follower.time());
   const planner::JointVector q = measured(arm);
   const auto& qd = arm.state->value.qd();
-  const auto joints = joint_numbers(active_->names, arm_);
+  const auto joints = joint_numbers(feedback.joint_names, arm_);
   for (const int j : *joints) {
     feedback.desired.positions.push_back(desired.q[j]);
     feedback.desired.velocities.push_back(follower.rate() * desired.qd[j]);

@@ -4,12 +4,15 @@
 #include <array>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <hecaton/client.hpp>
 
+#include "services/client/connection.hpp"
+#include "services/ros2/action_checkpoint.hpp"
 #include "services/ros2/cell_publisher.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
@@ -47,6 +50,9 @@ class ActionGoals {
   [[nodiscard]] std::optional<GetResultResponse> result(const Id& id) const;
   [[nodiscard]] GoalStatusArray statuses() const;
   [[nodiscard]] GoalInfo info(const Id& id) const;
+  /// All goals, in the order of acceptance.
+  [[nodiscard]] std::vector<SavedGoal> saved() const;
+  void restore(const std::vector<SavedGoal>& goals);
 
  private:
   struct Goal {
@@ -64,10 +70,12 @@ class TrajectoryServer {
  public:
   using Clock = bus::Clock;
 
-  /// Serves NAMESPACE/ARM/follow_joint_trajectory. `arm` and `mailbox` must outlive it. `client` sends the goals to the
-  /// planner.
-  TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm, Arm client,
-                   bus::Mailbox& mailbox);
+  /// Serves NAMESPACE/ARM/follow_joint_trajectory. `arm` and `mailbox` must outlive it. `connection` sends the goals to
+  /// the planner. The file `checkpoint` has the goals and requests of an earlier process, which it continues; empty:
+  /// none.
+  TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm,
+                   const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
+                   const std::string& checkpoint);
 
   /// Answers requests and follows the trajectory. Call it in each period.
   void update(const ArmSnapshot& arm, Clock::time_point now);
@@ -80,12 +88,17 @@ class TrajectoryServer {
   struct Active {
     ActionGoals::Id id;
     TrajectoryFollower follower;
-    std::vector<std::string> names;  ///< of the joints, as the client wrote them
-    std::optional<Goal> goal;        ///< for the planner
+    TrajectoryGoal order;      ///< as the client wrote it
+    std::optional<Goal> goal;  ///< for the planner
+    Clock::time_point begun{};
     Clock::time_point updated{};
     bool canceling = false;
+    bool restored = false;  ///< an earlier process has sent it
   };
 
+  void restore();
+  void restore(const SavedTrajectory& active, Clock::time_point now);
+  void save();
   void take_goals(const ArmSnapshot& arm, Clock::time_point now);
   void take_cancellations();
   void take_result_requests();
@@ -93,12 +106,13 @@ class TrajectoryServer {
   void follow(const ArmSnapshot& arm, Clock::time_point now);
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
   void send_goal(Clock::time_point now);
-  void send_results();
+  void send_results(Clock::time_point now);
   void publish_feedback(const ArmSnapshot& arm);
   void refuse_unreadable(const char* service);
 
   const planner::Arm& arm_;
-  Arm client_;
+  std::shared_ptr<client::Connection> connection_;
+  ActionCheckpoint checkpoint_;
   bus::ros2::Server send_goal_;
   bus::ros2::Server cancel_goal_;
   bus::ros2::Server get_result_;
@@ -108,6 +122,7 @@ class TrajectoryServer {
   std::optional<Active> active_;
   std::vector<std::pair<ActionGoals::Id, bus::ros2::RequestId>> waiting_;  ///< requests for results of running goals
   Clock::time_point fed_back_{};
+  Clock::time_point restored_{};  ///< when this process has continued those of an earlier one
   bool told_unreadable_ = false;
 };
 

@@ -1,7 +1,9 @@
 /// A simulated crowd for a supervisor: one process that publishes the states of all planners, drivers, agents and the
-/// world of a cell, at their rates. Started by supervision_cost.py.
+/// world of a cell, at their rates. Started by supervision_cost.py and ros2_cost.py.
 
+#include <cmath>
 #include <deque>
+#include <vector>
 
 #include <idl/arm.h>
 
@@ -51,8 +53,12 @@ class Crowd {
 
   void run() {
     HealthReport report;
+    std::vector<double> starts;
+    for (const msg::ArmState& state : told_) starts.push_back(state.q()[0]);
     while (loop_.next()) {
       modes_.update();
+      const double moved = 0.1 * std::sin(1e-9 * static_cast<double>(stamp_now()));
+      for (std::size_t i = 0; i < told_.size(); ++i) told_[i].q()[0] = starts[i] + moved;
       for (msg::ArmState& state : told_) {
         state.sequence_number(state.sequence_number() + 1);
         state.stamp_ns(stamp_now());

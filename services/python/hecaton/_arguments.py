@@ -16,6 +16,8 @@ from .errors import InvalidArgument
 Vector = NDArray[np.float64]
 Joints = Union[str, Sequence[float], NDArray[Any]]
 Target = Union[str, _hecaton.Pose, Sequence[float], NDArray[Any]]
+Numbers = Union[Sequence[float], NDArray[Any]]
+Rows = Union[Sequence[Sequence[float]], NDArray[Any]]
 Shape = Union[_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull]
 Motion = Union[_hecaton.Static, _hecaton.Conveyor, _hecaton.Sine, _hecaton.Circle, _hecaton.Dynamic]
 
@@ -121,6 +123,55 @@ def joints(key: str, value: Sequence[float] | NDArray[Any]) -> Vector:
     if positions.ndim != 1:
         refuse(key, value, "the name of a pose, or a sequence of joint positions")
     return positions
+
+
+def finite(key: str, value: object, must_be: str) -> Vector:
+    """A copy as an array of finite numbers."""
+    try:
+        array: Vector = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        refuse(key, value, must_be)
+    for index in np.argwhere(~np.isfinite(array))[:1].tolist():
+        where = key + "".join(f"[{i}]" for i in index)
+        refuse(where, array[tuple(index)].item(), "a finite number")
+    return array
+
+
+def _require_shape(key: str, array: Vector, shape: tuple[int, ...]) -> None:
+    if array.shape != shape:
+        raise InvalidArgument(f"{key} has the shape {array.shape}, but must have the shape {shape}", "invalid_value", key)
+
+
+def rows(key: str, value: Rows, shape: tuple[int, ...] | None = None) -> Vector:
+    """An array of two dimensions, a row for each point."""
+    array = finite(key, value, "a row of numbers for each point")
+    if shape is not None:
+        _require_shape(key, array, shape)
+    elif array.ndim != 2 or array.size == 0:
+        raise InvalidArgument(f"{key} has the shape {array.shape}, but must have a row for each point and a column for "
+                              "each joint", "invalid_value", key)
+    return array
+
+
+def times(key: str, value: Numbers, size: int) -> Vector:
+    array = finite(key, value, "a number for each point [s]")
+    _require_shape(key, array, (size,))
+    if array[0] < 0.0:
+        refuse(f"{key}[0]", array[0].item(), "0 or above [s]")
+    for i in np.flatnonzero(np.diff(array) <= 0.0)[:1]:
+        refuse(f"{key}[{i + 1}]", array[i + 1].item(), f"above {key}[{i}] = {array[i].item()} [s]")
+    return array
+
+
+def tolerances(key: str, value: float | Numbers, size: int) -> Vector:
+    """One for each joint, or one for all of them."""
+    array = finite(key, value, "a number, or one for each joint [rad | m]")
+    if array.ndim == 0:
+        array = np.full(size, array)
+    _require_shape(key, array, (size,))
+    for i in np.flatnonzero(array < 0.0)[:1]:
+        refuse(f"{key}[{i}]", array[i].item(), "0 (none) or above [rad | m]")
+    return array
 
 
 def by_arm(key: str, value: Mapping[str, Joints]) -> Mapping[str, Joints]:

@@ -11,7 +11,7 @@ import weakref
 from typing import Any, AsyncIterator, Callable, Generator, Iterable, Iterator, Mapping
 
 from . import _arguments, _hecaton
-from ._arguments import Motion, Shape, Target, limit
+from ._arguments import Motion, Numbers, Rows, Shape, Target, limit
 from ._events import Events
 from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt, ToolState
 from .errors import GoalFailed, InvalidArgument, Rejected, WaitTimeout
@@ -243,6 +243,29 @@ class Arm:
                                           _arguments.word("free_rotation", free_rotation, _hecaton.FREE_ROTATIONS),
                                           _arguments.number("position_tolerance", position_tolerance),
                                           _arguments.number("orientation_tolerance", orientation_tolerance))
+        return Goal(self._link, native, self._name)
+
+    def follow(self, times: Numbers, positions: Rows, velocities: Rows | None = None, accelerations: Rows | None = None,
+               *, path_tolerance: float | Numbers | None = None, time_limit: float | None = None) -> Goal:
+        """Sends a goal with a trajectory, as go_to(). The arm slows down, waits and returns where something is near.
+
+        `times` [s] has the shape (N,) and grows; `positions` [rad | m], `velocities` and `accelerations` have the shape
+        (N, joints). The first point is at most 0.1 rad or m from the arm, unless its time is above 0; the last one is at
+        rest. PlanAnswer.trajectory() has such arrays. `path_tolerance` [rad | m] is that of each joint, or one for all;
+        0: none. The goal ends ('cancelled', cause 'path_tolerance') when the arm is pushed off the path. None: the
+        arm may go around what blocks it. Progress.trajectory_time says how far it has come.
+        """
+        rows = _arguments.rows("positions", positions)
+        count, joints = rows.shape
+
+        def same(key: str, values: Rows | None) -> _arguments.Vector | None:
+            return None if values is None else _arguments.rows(key, values, rows.shape)
+
+        if path_tolerance is not None:
+            path_tolerance = _arguments.tolerances("path_tolerance", path_tolerance, joints)
+        native = self._link.session.follow(self._name, _arguments.times("times", times, count), rows,
+                                           same("velocities", velocities), same("accelerations", accelerations),
+                                           path_tolerance, limit("time_limit", time_limit))
         return Goal(self._link, native, self._name)
 
     @property

@@ -182,7 +182,9 @@ int watch(const Peer& peer, const std::string& path, std::span<const std::string
     std::getline(std::getline(std::getline(std::getline(parts, topic, ','), type, ','), delivery, ','), count);
     watches.push_back({topic, type, std::stoul(count), peer.reader(topic, type, delivery)});
   }
-  const auto until = Clock::now() + kLong;
+  std::size_t most = 0;
+  for (const Watch& one : watches) most = std::max(most, one.wanted);
+  const auto until = Clock::now() + kLong + std::chrono::milliseconds(30) * most;
   const auto complete = [](const Watch& one) { return one.seen >= one.wanted; };
   while (!std::all_of(watches.begin(), watches.end(), complete)) {
     for (const Watch& one : watches) {

@@ -174,6 +174,81 @@ class Goals(LiveCell):
 
         self.assertEqual(asyncio.run(run())[-1], "reached")
 
+    def planned(self, arm, pose, period=0.1):
+        """Times, positions and velocities of a planned trajectory from where the arms are to a pose."""
+        start = {each.name: each.state().q for each in self.cell.arms()}
+        plan = hecaton.load(self.file).plan({arm: pose}, start)
+        self.assertTrue(plan, plan.reason)
+        times, positions, velocities = plan.trajectory(period)
+        return times, positions[arm], velocities[arm]
+
+    def test_follows_a_planned_trajectory_in_its_time(self):
+        north = self.cell.arm("north")
+        times, positions, velocities = self.planned("north", "ready")
+        times *= 2.0  # slower, so that other arms and limits do not matter
+        begun = time.monotonic()
+        goal = north.follow(times, positions, velocities / 2.0, path_tolerance=0.2, time_limit=LONG)
+        progress = [each for each in goal.updates()]
+        took = time.monotonic() - begun
+        self.assertEqual(progress[-1].state, "reached")
+        self.assertGreaterEqual(took, times[-1])
+        self.assertLess(took, times[-1] + 2.0)
+        at = [each.trajectory_time for each in progress if each.trajectory_time is not None]
+        self.assertEqual(at, sorted(at))
+        self.assertGreater(len(set(at)), 5)
+        self.assertAlmostEqual(max(each.trajectory_rate for each in progress), 1.0, delta=0.05)
+        np.testing.assert_allclose(north.state().q, positions[-1], atol=0.02)
+        self.assertIsNone(north.go_to("ready").wait(LONG).progress.trajectory_time)
+
+    def test_gather_awaits_trajectories_of_two_arms(self):
+        async def both():
+            goals = []
+            for name in ("north", "west"):
+                arm = self.cell.arm(name)
+                q = arm.state().q
+                ramp = [q, q + np.array([0.1, 0, 0, 0, 0, 0])]
+                goals.append(arm.follow([0, 1], ramp, time_limit=LONG))  # lists do as well
+            return await asyncio.gather(*goals)
+
+        self.assertEqual([outcome.kind for outcome in asyncio.run(both())], ["reached"] * 2)
+
+    def test_trajectory_is_cancelled_rejected_and_replaced(self):
+        north = self.cell.arm("north")
+        q = north.state().q
+        far = q + np.array([0.4, 0, 0, 0, 0, 0])
+        goal = north.follow([0, 20], [q, far])
+        self.assertTrue(any((each.trajectory_time or 0.0) > 0.2 for each in goal.updates()))
+        goal.cancel()
+        self.assertEqual(goal.wait(LONG, check=False).kind, "cancelled")
+        q = north.state().q
+        first = north.follow([0, 20], [q, far])
+        self.assertTrue(north.follow([1], [q]).wait(LONG))  # begins where the arm is
+        self.assertEqual(first.wait(LONG, check=False).kind, "replaced")
+        with self.assertRaises(hecaton.GoalFailed) as raised:
+            north.follow([0, 20], [q + 0.2, far]).wait(LONG)
+        self.assertEqual(raised.exception.kind, "goal_malformed")
+        self.assertIn("begins 0.2", str(raised.exception))
+
+    def test_wrong_trajectories_are_one_sentence(self):
+        north, two = self.cell.arm("north"), np.zeros((2, 6))
+        for sentence, call in (
+                ("times has the shape (3,), but must have the shape (2,)", lambda: north.follow([0, 1, 2], two)),
+                ("times[1] = 1.0 must be above times[0] = 1.0 [s]", lambda: north.follow([1, 1], two)),
+                ("times[0] = -1.0 must be 0 or above [s]", lambda: north.follow([-1, 1], two)),
+                ("times = 'soon' must be a number for each point [s]", lambda: north.follow("soon", two)),
+                ("positions has the shape (2,), but must have a row for each point and a column for each joint",
+                 lambda: north.follow([0, 1], [0, 1])),
+                ("positions[1][0] = nan must be a finite number", lambda: north.follow([0, 1], [[0], [np.nan]])),
+                ("velocities has the shape (6,), but must have the shape (2, 6)",
+                 lambda: north.follow([0, 1], two, np.zeros(6))),
+                ("path_tolerance has the shape (2,), but must have the shape (6,)",
+                 lambda: north.follow([0, 1], two, path_tolerance=[1, 1])),
+                ("path_tolerance[0] = -1.0 must be 0 (none) or above [rad | m]",
+                 lambda: north.follow([0, 1], two, path_tolerance=-1))):
+            with self.assertRaises(hecaton.InvalidArgument) as raised:
+                call()
+            self.assertEqual(str(raised.exception), sentence)
+
     def test_hold_keeps_the_goal_and_resume_continues_it(self):
         self.cell.hold()
         self.assertEqual(self.cell.status().mode, "hold")

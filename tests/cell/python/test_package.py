@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -95,6 +96,48 @@ class Documentation(unittest.TestCase):
         public = {name for name, value in vars(hecaton).items()
                   if not name.startswith("_") and not inspect.ismodule(value)}
         self.assertEqual(public, set(hecaton.__all__))
+
+
+class Coverage(unittest.TestCase):
+    """The package offers what the C++ library offers."""
+
+    OTHER_NAMES = {"Arm.close_gripper": "Tool.close", "Arm.open_gripper": "Tool.open", "Arm.tool": "Tool.state",
+                   "Arm.set_signal": "Signals.set", "Arm.wait_for_signal": "Signals.wait", "Arm.place_joint": "Arm.posture",
+                   "Cell.connect": "connect"}
+    LEFT_OUT = {"Cell.wait_until"}  # a loop over status() or updates() does the same
+    ARGUMENTS = {"Vector3", "GripOptions", "Trajectory", "TrajectoryPoint"}  # arrays and keywords in Python
+
+    def blocks(self, header, kind):
+        """Class name and public part of each class or struct."""
+        text = (HERE.parents[2] / "services" / "client" / "include" / "hecaton" / header).read_text()
+        for name, body in re.findall(rf"^{kind} (?:HECATON_API )?(\w+)[^;{{]* {{\n(.*?)^}};", text, re.M | re.S):
+            yield name, body.split(" private:")[0]
+
+    def test_each_function_of_the_c_library_has_one_in_python(self):
+        found = set()
+        for name, body in self.blocks("client.hpp", "class"):
+            if name not in {"Goal", "Arm", "World", "Cell"}:
+                continue
+            functions = re.findall(r"^  (?:\[\[nodiscard\]\] |static |const )*[\w:<>]+[&]? (\w+)\(", body, re.M)
+            found |= {f"{name}.{function}" for function in functions if function != name}
+        self.assertIn("Arm.follow", found)
+        for function in sorted(found - self.LEFT_OUT):
+            path = self.OTHER_NAMES.get(function, function).split(".")
+            value = hecaton
+            for part in path:
+                value = getattr(value, part, None)
+            self.assertIsNotNone(value, function)
+
+    def test_each_field_of_the_c_library_has_one_in_python(self):
+        found = 0
+        for name, body in self.blocks("types.hpp", "struct"):
+            if name in self.ARGUMENTS:
+                continue
+            fields = re.findall(r"^  [\w:<>, ]+ (\w+)(?:\{[^;]*\}| = [^;]+)?;", body, re.M)
+            found += len(fields)
+            for field in fields:
+                self.assertTrue(hasattr(getattr(hecaton, name), field), f"{name}.{field}")
+        self.assertGreater(found, 80)
 
 
 if __name__ == "__main__":

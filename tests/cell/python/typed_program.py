@@ -25,6 +25,8 @@ def drive(cell: hecaton.Cell) -> None:
     q: NDArray[np.float64] = north.state().q
     goal = north.go_to(q + 0.1, time_limit=60, free_rotation="roll")
     goals = [north.go_to([0.0, 1, 2]), north.go_to(np.zeros(6, dtype=np.float32)), north.go_to(hecaton.Pose((1, 2, 3)))]
+    goals.append(north.follow([0, 1], [[0.0, 0, 0], [1, 2, 3]], path_tolerance=0.1))
+    goals.append(north.follow(np.arange(2), np.zeros((2, 6)), np.zeros((2, 6)), np.zeros((2, 6)), path_tolerance=[0.1] * 6))
     goal.on_progress(watch)
     cell.on_fault(print)
     cell.on_fault(lambda fault: print(fault.cause.kind, fault.cleared))

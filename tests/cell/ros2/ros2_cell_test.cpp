@@ -1,192 +1,27 @@
 /// hecaton-ros2 beside a running cell of three arms, seen and driven by peers that speak ROS 2 on the wire.
 
-#include <array>
-#include <atomic>
+#include "tests/cell/ros2/ros2_cell.hpp"
+
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <map>
 #include <random>
 #include <set>
-#include <thread>
 
-#include <gtest/gtest.h>
-#include <hecaton/client.hpp>
-#include <idl/ros2/ros2PubSubTypes.h>
 #include <unistd.h>
 
-#include "tests/cell/cli/process.hpp"
-#include "tests/cell/ros2/ros_peer.hpp"
-#include "tests/support/free_domain.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "services/ros2/action_checkpoint.hpp"
 
 namespace hecaton::test {
 namespace {
 
-using JointStates = PeerReader<sensor_msgs::msg::JointStatePubSubType>;
 using Transforms = PeerReader<tf2_msgs::msg::TFMessagePubSubType>;
 using Texts = PeerReader<std_msgs::msg::StringPubSubType>;
 using Markers = PeerReader<visualization_msgs::msg::MarkerArrayPubSubType>;
 using Diagnostics = PeerReader<diagnostic_msgs::msg::DiagnosticArrayPubSubType>;
 using Trigger = PeerClient<std_srvs::srv::Trigger_RequestPubSubType, std_srvs::srv::Trigger_ResponsePubSubType>;
-using SendGoal = PeerClient<control_msgs::action::FollowJointTrajectory_SendGoal_RequestPubSubType,
-                            control_msgs::action::FollowJointTrajectory_SendGoal_ResponsePubSubType>;
-using GetResult = PeerClient<control_msgs::action::FollowJointTrajectory_GetResult_RequestPubSubType,
-                             control_msgs::action::FollowJointTrajectory_GetResult_ResponsePubSubType>;
-using CancelGoal =
-    PeerClient<action_msgs::srv::CancelGoal_RequestPubSubType, action_msgs::srv::CancelGoal_ResponsePubSubType>;
-using Feedback = PeerReader<control_msgs::action::FollowJointTrajectory_FeedbackMessagePubSubType>;
-using Statuses = PeerReader<action_msgs::msg::GoalStatusArrayPubSubType>;
 using Scenes = PeerWriter<moveit_msgs::msg::PlanningScenePubSubType>;
-using Result = control_msgs::action::FollowJointTrajectory_GetResult_Response;
 
-constexpr int kSucceeded = 4;
-constexpr int kCanceled = 5;
-constexpr int kAborted = 6;
-
-/// A client of the action FollowJointTrajectory of one arm.
-class ActionClient {
- public:
-  using Id = std::array<std::uint8_t, 16>;
-
-  ActionClient(RosPeer& peer, const std::string& arm)
-      : arm_(arm),
-        base_("/cell/" + arm + "/follow_joint_trajectory/_action/"),
-        send_(peer, base_ + "send_goal"),
-        cancel_(peer, base_ + "cancel_goal"),
-        result_(peer, base_ + "get_result"),
-        feedback(peer, "rt" + base_ + "feedback"),
-        statuses(peer, "rt" + base_ + "status", {true, true, 1}) {}
-
-  bool wait_available() {
-    return send_.wait_available() && cancel_.wait_available() && result_.wait_available() && feedback.wait_matched() &&
-           statuses.wait_matched();
-  }
-
-  /// A trajectory in equal steps that ends with all joints of `q` moved by `delta`.
-  control_msgs::action::FollowJointTrajectory_Goal ramp(const std::vector<double>& q, const std::vector<double>& delta,
-                                                        double seconds) const {
-    constexpr int kPoints = 10;
-    control_msgs::action::FollowJointTrajectory_Goal goal;
-    for (std::size_t j = 0; j < q.size(); ++j) {
-      goal.trajectory().joint_names().push_back(arm_ + "_joint" + std::to_string(j + 1));
-    }
-    for (int i = 0; i <= kPoints; ++i) {
-      trajectory_msgs::msg::JointTrajectoryPoint point;
-      for (std::size_t j = 0; j < q.size(); ++j) point.positions().push_back(q[j] + delta[j] * i / kPoints);
-      const double time = seconds * i / kPoints;
-      point.time_from_start().sec(static_cast<std::int32_t>(time));
-      point.time_from_start().nanosec(static_cast<std::uint32_t>(std::fmod(time, 1.0) * 1e9));
-      goal.trajectory().points().push_back(point);
-    }
-    return goal;
-  }
-
-  std::optional<Id> send(const control_msgs::action::FollowJointTrajectory_Goal& goal) {
-    static std::atomic<std::uint32_t> count = 0;
-    Id id{};
-    const std::uint32_t number = ++count;
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&number), 4, id.begin());
-    id[15] = static_cast<std::uint8_t>(arm_[0]);
-    control_msgs::action::FollowJointTrajectory_SendGoal_Request request;
-    request.goal_id().uuid(id);
-    request.goal(goal);
-    const auto response = send_.call(request);
-    if (!response || !response->accepted()) return std::nullopt;
-    return id;
-  }
-  rtps::SampleIdentity ask_result(const Id& id) {
-    control_msgs::action::FollowJointTrajectory_GetResult_Request request;
-    request.goal_id().uuid(id);
-    return result_.send(request);
-  }
-  std::optional<Result> await_result(const Id& id) { return result_.receive(ask_result(id)); }
-  std::optional<Result> await_result(const rtps::SampleIdentity& asked) { return result_.receive(asked); }
-  int cancel(const Id& id) {
-    action_msgs::srv::CancelGoal_Request request;
-    request.goal_info().goal_id().uuid(id);
-    const auto response = cancel_.call(request);
-    return response ? response->return_code() : -1;
-  }
-
- private:
-  std::string arm_;
-  std::string base_;
-  SendGoal send_;
-  CancelGoal cancel_;
-  GetResult result_;
-
- public:
-  Feedback feedback;
-  Statuses statuses;
-};
-
-/// One cell for all tests. Every test leaves it in mode run.
-class Ros2Cell : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    const std::string plain = std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml";
-    const TemporaryFolder& folder = *(folder_ = std::make_unique<TemporaryFolder>());
-    std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder.path() / "urdf");
-    std::ifstream file(plain);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    cell_domain_ = std::make_unique<FreeDomain>();
-    ros_domain_ = std::make_unique<FreeDomain>();
-    const std::string domain = std::to_string(cell_domain_->number());
-    const std::string cell =
-        folder.write("cell.yaml", text + "\nros2: {domain: " + std::to_string(ros_domain_->number()) +
-                                      ", namespace: /cell, control: true, distribution: jazzy}\n");
-    const std::string programs = std::string(HECATON_BIN_DIR) + "/";
-    up_ = std::make_unique<Process>(std::vector<std::string>{programs + "hecaton", "up", plain, "--headless",
-                                                             "--domain", domain, "--start-timeout", "100s"});
-    ASSERT_TRUE(up_->wait_for_message("the cell is up")) << up_->err();
-    // As the agent would start it.
-    ros2_ = std::make_unique<Process>(std::vector<std::string>{programs + "hecaton-ros2", cell, "--domain", domain,
-                                                               "--log-file", folder.path("ros2.log")});
-    peer_ = std::make_unique<RosPeer>(ros_domain_->number());
-    // Trajectories and attached objects of an arm are refused before its first state.
-    for (const char* arm : {"north", "west", "east"}) {
-      JointStates states(*peer_, std::string("rt/cell/") + arm + "/joint_states");
-      ASSERT_TRUE(states.next([](const auto& message) { return !message.position().empty(); })) << arm;
-    }
-  }
-  static void TearDownTestSuite() {
-    peer_.reset();
-    for (auto* process : {&ros2_, &up_}) {
-      if (!*process) continue;
-      (*process)->signal(SIGINT);
-      EXPECT_EQ((*process)->wait(), 0) << (*process)->err();
-      process->reset();
-    }
-    ros_domain_.reset();
-    cell_domain_.reset();
-    folder_.reset();
-  }
-  void TearDown() override {
-    if (!HasFailure()) return;
-    std::ifstream log(folder_->path("ros2.log"));
-    std::cerr << std::string{std::istreambuf_iterator<char>(log), {}};
-  }
-
-  [[nodiscard]] static Cell connect() {
-    ConnectOptions options;
-    options.domain = cell_domain_->number();
-    return Cell::connect(options, kLong);
-  }
-  [[nodiscard]] static std::vector<double> home(const Cell& cell, const std::string& arm) {
-    EXPECT_TRUE(cell.arm(arm).go_to("home").wait(kLong));
-    return cell.arm(arm).state(kLong).q;
-  }
-
-  inline static std::unique_ptr<TemporaryFolder> folder_;
-  inline static std::unique_ptr<FreeDomain> cell_domain_;
-  inline static std::unique_ptr<FreeDomain> ros_domain_;
-  inline static std::unique_ptr<Process> up_;
-  inline static std::unique_ptr<Process> ros2_;
-  inline static std::unique_ptr<RosPeer> peer_;
-};
-
+const ActionClient::Id kUnknownGoal{9, 9, 9};
 const std::vector<double> kStep{0.3, 0.1, -0.1, 0.2, 0.0, 0.0};
 
 TEST_F(Ros2Cell, PublishesTheJointsOfAllArms) {
@@ -430,30 +265,17 @@ TEST_F(Ros2Cell, FollowsTrajectoriesOfThreeArmsAtOnce) {
 
 // As MoveIt sends it: positions and velocities each 0.1 s. Joint goals without the velocities would end far earlier.
 TEST_F(Ros2Cell, FollowsVelocitiesInTheirTime) {
-  constexpr int kPoints = 40;
   constexpr double kDuration = 4.0;
   const Cell cell = connect();
   ActionClient client(*peer_, "north");
   ASSERT_TRUE(client.wait_available());
   const auto start = home(cell, "north");
-  auto goal = client.ramp(start, kStep, kDuration);
-  goal.trajectory().points().clear();
-  for (int i = 0; i <= kPoints; ++i) {
-    const double time = kDuration * i / kPoints;
-    const double phase = M_PI * time / kDuration;
-    trajectory_msgs::msg::JointTrajectoryPoint point;
-    for (std::size_t j = 0; j < start.size(); ++j) {
-      point.positions().push_back(start[j] + 0.5 * kStep[j] * (1.0 - std::cos(phase)));
-      point.velocities().push_back(0.5 * kStep[j] * M_PI / kDuration * std::sin(phase));
-    }
-    point.time_from_start().sec(static_cast<std::int32_t>(time));
-    point.time_from_start().nanosec(static_cast<std::uint32_t>(std::fmod(time, 1.0) * 1e9));
-    goal.trajectory().points().push_back(point);
-  }
+  std::vector<double> end = start;
+  for (std::size_t j = 0; j < end.size(); ++j) end[j] += kStep[j];
   JointStates states(*peer_, "rt/cell/north/joint_states");
   ASSERT_TRUE(states.next([](const auto& message) { return !message.position().empty(); }));
   const auto begun = std::chrono::steady_clock::now();
-  const auto id = client.send(goal);
+  const auto id = client.send(client.smooth(start, end, kDuration));
   ASSERT_TRUE(id);
   const auto asked = client.ask_result(*id);
   double worst = 0.0;
@@ -524,12 +346,80 @@ TEST_F(Ros2Cell, CancelsAndReplacesTrajectories) {
   auto result = client.await_result(first_result);
   ASSERT_TRUE(result) << "it was asked for before the goal ended";
   EXPECT_EQ(result->status(), kAborted);
-  EXPECT_EQ(client.cancel({9, 9, 9}), 2) << "unknown goal";
+  EXPECT_EQ(client.cancel(kUnknownGoal), 2);
   EXPECT_EQ(client.cancel(*first), 3) << "the goal has ended";
   EXPECT_EQ(client.cancel(*second), 0);
   result = client.await_result(*second);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->status(), kCanceled);
+}
+
+// One trajectory ends while the service does not run, one after it, and one is cancelled after it.
+TEST_F(Ros2Cell, AnswersWhatWasAskedBeforeItsOwnRestart) {
+  const Cell cell = connect();
+  std::map<std::string, std::unique_ptr<ActionClient>> clients;
+  std::map<std::string, ActionClient::Id> ids;
+  std::map<std::string, rtps::SampleIdentity> asked;
+  for (const auto& [arm, seconds] : std::map<std::string, double>{{"north", 12.0}, {"west", 60.0}, {"east", 2.0}}) {
+    clients[arm] = std::make_unique<ActionClient>(*peer_, arm);
+    ASSERT_TRUE(clients[arm]->wait_available()) << arm;
+    const auto start = home(cell, arm);
+    const auto id = clients[arm]->send(clients[arm]->ramp(start, kStep, seconds));
+    ASSERT_TRUE(id) << arm;
+    ids[arm] = *id;
+    asked[arm] = clients[arm]->ask_result(*id);
+    ASSERT_TRUE(clients[arm]->await_result(kUnknownGoal)) << "the request before this one has arrived";
+    ASSERT_TRUE(clients[arm]->feedback.next([&](const auto& message) { return message.goal_id().uuid() == *id; }));
+  }
+  const auto goal_of_east = [&] { return cell.arm("east").goal(); };
+  ASSERT_TRUE(goal_of_east());
+  ros2_->signal(SIGKILL);
+  static_cast<void>(ros2_->wait());
+  ASSERT_TRUE(cell.wait_until([&] { return goal_of_east()->state == GoalState::kReached; }, kLong));
+  clients["north"]->feedback.clear();
+  start_ros2();
+
+  auto result = clients["east"]->await_result(asked["east"]);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+  const auto feedback =
+      clients["north"]->feedback.next([&](const auto& message) { return message.goal_id().uuid() == ids["north"]; });
+  ASSERT_TRUE(feedback);
+  EXPECT_GE(feedback->feedback().desired().time_from_start().sec(), 1) << "not from its start";
+  ASSERT_TRUE(clients["west"]->wait_available());
+  EXPECT_EQ(clients["west"]->cancel(ids["west"]), 0);
+  ASSERT_TRUE((result = clients["west"]->await_result(asked["west"])));
+  EXPECT_EQ(result->status(), kCanceled) << result->result().error_string();
+  ASSERT_TRUE((result = clients["north"]->await_result(asked["north"])));
+  EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+  ASSERT_TRUE((result = clients["north"]->await_result(ids["north"]))) << "asked a second time";
+  EXPECT_EQ(result->status(), kSucceeded);
+  EXPECT_FALSE(clients["north"]->send_again(ids["north"])) << "the id is known";
+}
+
+TEST_F(Ros2Cell, EndsATrajectoryThatNoPlannerKnowsAfterItsOwnRestart) {
+  const Cell cell = connect();
+  ActionClient client(*peer_, "east");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "east");
+  const auto id = client.send(client.ramp(start, kStep, 60.0));
+  ASSERT_TRUE(id);
+  const auto asked = client.ask_result(*id);
+  ASSERT_TRUE(client.await_result(kUnknownGoal)) << "the request before this one has arrived";
+  ros2_->signal(SIGKILL);
+  static_cast<void>(ros2_->wait());
+  ros2::ActionCheckpoint checkpoint(folder_->path("ros2-east"));
+  auto saved = checkpoint.load("east");
+  ASSERT_TRUE(saved);
+  ASSERT_EQ(saved->active.size(), 1U);
+  saved->active[0].goal = "forgotten";
+  checkpoint.save(*saved);
+  start_ros2();
+  const auto result = client.await_result(asked);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(result->result().error_code(), -1);
+  EXPECT_NE(result->result().error_string().find("no planner knows the goal"), std::string::npos);
 }
 
 /// Bytes as they are.

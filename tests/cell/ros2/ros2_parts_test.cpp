@@ -1,6 +1,7 @@
 /// Parts of hecaton-ros2 without a running cell: encoding, trajectories, names of nodes, robot descriptions.
 
 #include <cstring>
+#include <filesystem>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include "planner/model/kinematics.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/ros2/action_checkpoint.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2/trajectory.hpp"
@@ -371,6 +373,49 @@ TEST(Ros2ActionGoals, KeepResultsForLateClients) {
   EXPECT_EQ(goals.result(id)->result.error_string, "done");
   goals.forget_old(now + 16min);
   EXPECT_EQ(goals.result(id)->status, ros2::ActionGoals::kUnknown);
+}
+
+TEST(Ros2ActionGoals, AreTheSameAfterARestart) {
+  const auto now = bus::Clock::now();
+  ros2::ActionGoals before;
+  const ros2::ActionGoals::Id done{1};
+  const ros2::ActionGoals::Id under_way{2};
+  ASSERT_TRUE(before.add(done, {5, 0}) && before.add(under_way, {6, 0}));
+  before.end(done, ros2::ActionGoals::kAborted, {-4, "pushed"}, now - 10min);
+  before.set_status(under_way, ros2::ActionGoals::kCanceling);
+  ros2::ActionGoals after;
+  after.restore(before.saved());
+  EXPECT_EQ(after.info(under_way).stamp.sec, 6);
+  EXPECT_EQ(after.status(under_way), ros2::ActionGoals::kCanceling);
+  EXPECT_FALSE(after.result(under_way));
+  ASSERT_TRUE(after.result(done));
+  EXPECT_EQ(after.result(done)->result.error_string, "pushed");
+  EXPECT_EQ(after.statuses().status_list.front().goal_info.goal_id.uuid, done);
+  after.forget_old(now + 6min);
+  EXPECT_FALSE(after.knows(done)) << "its age counts from its end";
+}
+
+TEST(Ros2ActionCheckpoint, KeepsWhatWasSavedLast) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("ros2-north");
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "nothing is saved";
+  ros2::SavedAction action{"north", {}, {{{{7}}, {8}, 9}}, {}};
+  ros2::SavedTrajectory& active = action.active.emplace_back();
+  active.goal = "client/host-1/2";
+  active.order.trajectory.joint_names = {"joint1"};
+  active.start = {0.5};
+  active.begun_ns = 123;
+  ros2::ActionCheckpoint checkpoint(path);
+  checkpoint.save({"north", {}, {}, {}});
+  checkpoint.save(action);
+  const auto loaded = ros2::ActionCheckpoint(path).load("north");
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(encoded(*loaded), encoded(action));
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("west")) << "of another arm";
+  std::filesystem::resize_file(path, 40);
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "damaged";
+  folder.write("ros2-north", "abc");
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "damaged";
 }
 
 TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {

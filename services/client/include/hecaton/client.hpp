@@ -124,6 +124,7 @@ class HECATON_API Goal {
  private:
   friend class Arm;
   friend class Cell;
+  friend class client::Connection;
   Goal(std::shared_ptr<client::Connection> connection, std::shared_ptr<client::GoalRecord> record);
   std::shared_ptr<client::Connection> connection_;
   std::shared_ptr<client::GoalRecord> record_;

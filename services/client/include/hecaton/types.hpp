@@ -174,7 +174,8 @@ struct Progress {
   Seconds blocked_duration{};              ///< since the arm last moved freely; 0: it moves freely
   double distance = 0.0;                   ///< ‖q_goal − q‖ [rad | m]
   Seconds elapsed{};                       ///< since the planner accepted it
-  std::vector<double> q_goal;              ///< target configuration, once it is known [rad | m]
+  /// Target configuration, once it is known; on an active trajectory that of half a second later [rad | m].
+  std::vector<double> q_goal;
   std::string planner;                     ///< node that reports the progress
   std::string note;                        ///< what the planner changed in the goal, for people; empty: nothing
   std::optional<ToolError> tool_error;     ///< measured; empty: no pose goal, or not measured yet

@@ -259,6 +259,19 @@ TEST_F(Resolve, AnswersInTheOrderOfTheQuestions) {
   EXPECT_TRUE(answers[1].rejection);
 }
 
+TEST_F(Resolve, RejectsATrajectoryForAMethodThatFollowsNone) {
+  GoalResolver resolver(geometry_);
+  GoalQuestion question{trajectory(q_now_), q_now_, std::make_shared<const std::vector<world::Obstacle>>(), {}};
+  question.follows_trajectories = false;
+  resolver.ask(question);
+  std::vector<GoalAnswer> answers;
+  while (answers.empty()) {
+    answers = resolver.answers();
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(text(answers[0]), "the motion method of arm arm1 follows no trajectories; send its end");
+}
+
 TEST_F(Resolve, EndsWithOpenQuestions) {
   GoalResolver resolver(geometry_);
   const auto nothing = std::make_shared<const std::vector<world::Obstacle>>();

@@ -1,0 +1,246 @@
+/// Trajectories at random on three arms that share a zone, while a planner is killed: every goal has the outcome that
+/// docs/reference/ros2.md names, and nothing touches.
+
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "tests/cell/ros2/ros2_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+constexpr double kTimeTolerance = 30.0;  // of a trajectory that may have to wait [s]
+
+/// Number of trajectories; HECATON_TRAJECTORIES=300 for the long run.
+int number_of_trajectories() {
+  const char* wanted = std::getenv("HECATON_TRAJECTORIES");
+  return wanted == nullptr ? 36 : std::atoi(wanted);
+}
+
+/// Kills the planner of an arm of the cell in a domain. False: there is none.
+bool kill_planner(const std::string& arm, int domain) {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "cmdline");
+    const std::string line{std::istreambuf_iterator<char>(file), {}};
+    const auto has = [&](const std::string& words) { return line.find(words) != std::string::npos; };
+    const std::string end(1, '\0');
+    if (has("hecaton-planner") && has("--arm" + end + arm + end) &&
+        has("--domain" + end + std::to_string(domain) + end)) {
+      return kill(std::stoi(entry.path().filename().string()), SIGKILL) == 0;
+    }
+  }
+  return false;
+}
+
+/// Sends an arm one trajectory after the other and judges how each ends.
+class Customer {
+ public:
+  Customer(RosPeer& peer, Cell cell, std::string arm, unsigned seed)
+      : cell_(std::move(cell)), arm_(std::move(arm)), client_(peer, arm_), seed_(seed), random_(seed) {}
+
+  [[nodiscard]] bool wait_available() { return client_.wait_available(); }
+
+  void run(int trajectories) {
+    for (int i = 0; i < trajectories; ++i) {
+      constexpr int kKinds = 6;
+      switch (i % kKinds) {
+        case 0:
+          invalid(i / kKinds + static_cast<int>(seed_));
+          break;
+        case 1:
+          expect("cancelled", send(towards(i)), true);
+          break;
+        case 2: {
+          const auto first = send(towards(i, 2.0));
+          wait(0.1, 1.0);
+          const auto second = send(towards(i + 1));
+          ++i;  // two trajectories
+          expect_end("replaced", first, kAborted, -1);
+          expect("later", second, false);
+          break;
+        }
+        case 4:
+          expect("with a path tolerance", send(with_path_tolerance(towards(i))), false);
+          break;
+        default:
+          expect("plain", send(towards(i)), false);
+      }
+    }
+    expect("home", send(smooth_to(kHome)), false);
+  }
+
+  [[nodiscard]] int sent() const { return sent_; }
+  [[nodiscard]] const std::map<std::string, int>& outcomes() const { return outcomes_; }
+
+ private:
+  using Goal = control_msgs::action::FollowJointTrajectory_Goal;
+  struct Sent {
+    ActionClient::Id id{};
+    rtps::SampleIdentity asked;
+    bool accepted = false;
+  };
+  static inline const std::vector<double> kHome{0.0, -1.9, 2.6, 0.0, 0.6, 0.0};
+  static inline const std::vector<double> kReady{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
+
+  double draw(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
+  /// Orders come at any time.
+  void wait(double from, double to) { std::this_thread::sleep_for(std::chrono::duration<double>(draw(from, to))); }
+
+  Goal smooth_to(const std::vector<double>& to, double shortest = 0.5) {
+    const std::vector<double> q = cell_.arm(arm_).state(kLong).q;
+    double farthest = 0.0;
+    for (std::size_t j = 0; j < q.size(); ++j) farthest = std::max(farthest, std::abs(to[j] - q[j]));
+    const double fastest = draw(0.4, 1.2);  // [rad/s]
+    Goal goal = client_.smooth(q, to, std::max(shortest, 0.5 * M_PI * farthest / fastest));
+    // The arm may be moving: the first point is where it is then.
+    goal.trajectory().points().erase(goal.trajectory().points().begin());
+    goal.goal_time_tolerance().sec(static_cast<std::int32_t>(kTimeTolerance));
+    return goal;
+  }
+  /// Into the shared zone, and back.
+  Goal towards(int i, double shortest = 0.5) {
+    std::vector<double> to = i % 2 == 0 ? kReady : kHome;
+    for (double& q : to) q += draw(-0.15, 0.15);
+    return smooth_to(to, shortest);
+  }
+  Goal with_path_tolerance(Goal goal) {
+    goal.path_tolerance().resize(1);
+    goal.path_tolerance()[0].name("joint1");
+    goal.path_tolerance()[0].position(0.1);
+    return goal;
+  }
+
+  Sent send(const Goal& goal) {
+    ++sent_;
+    Sent sent;
+    const auto id = client_.send(goal);
+    EXPECT_TRUE(id) << arm_;
+    if (!id) return sent;
+    return {*id, client_.ask_result(*id), true};
+  }
+
+  void expect_end(const std::string& kind, const Sent& sent, int status, int code) {
+    const auto result = end_of(kind, sent);
+    if (!result) return;
+    EXPECT_EQ(result->status(), status) << arm_ << ", " << kind << ": " << result->result().error_string();
+    EXPECT_EQ(result->result().error_code(), code) << arm_ << ", " << kind << ": " << result->result().error_string();
+    EXPECT_TRUE(code == 0 || !result->result().error_string().empty()) << arm_ << ", " << kind;
+  }
+  /// A valid trajectory: at its goal, or late or pushed off its path with a reason.
+  void expect(const std::string& kind, const Sent& sent, bool cancel) {
+    if (cancel) {
+      wait(0.0, 1.5);
+      const int code = client_.cancel(sent.id);
+      if (code == 0) return expect_end(kind, sent, kCanceled, 0);
+      EXPECT_EQ(code, 3) << arm_ << ": the trajectory has ended before";
+    }
+    const auto result = end_of(kind, sent);
+    if (!result) return;
+    const int code = result->result().error_code();
+    const std::string& why = result->result().error_string();
+    // Where a trajectory ends may be in the way of the ball.
+    const bool ends_in_ball = code == -1 && why.starts_with("the planner rejects the trajectory");
+    EXPECT_TRUE(code == 0 || code == -4 || code == -5 || ends_in_ball)
+        << arm_ << ", " << kind << ": " << code << ' ' << why;
+    EXPECT_EQ(result->status(), code == 0 ? kSucceeded : kAborted) << arm_ << ", " << kind << ": " << why;
+    EXPECT_EQ(why.empty(), code == 0) << arm_ << ", " << kind;
+  }
+  std::optional<Result> end_of(const std::string& kind, const Sent& sent) {
+    if (!sent.accepted) return std::nullopt;
+    auto result = client_.await_result(sent.asked);
+    EXPECT_TRUE(result) << arm_ << ", " << kind << ": no result";
+    if (!result) return result;
+    ++outcomes_[kind + ": status " + std::to_string(result->status()) + ", code " +
+                std::to_string(result->result().error_code())];
+    return result;
+  }
+
+  /// One of each error in turn.
+  void invalid(int number) {
+    Goal goal = towards(number);
+    auto& points = goal.trajectory().points();
+    switch (number % 6) {
+      case 0:
+        goal.trajectory().joint_names()[0] = "elbow";
+        return expect_end("unknown joint", send(goal), kAborted, -2);
+      case 1:
+        goal.trajectory().header().stamp().sec(1000);
+        return expect_end("old stamp", send(goal), kAborted, -3);
+      case 2:
+        std::swap(points.front(), points.back());
+        return expect_end("times that fall", send(goal), kAborted, -1);
+      case 3:
+        points.back().positions()[1] = 9.0;
+        return expect_end("outside the limits", send(goal), kAborted, -1);
+      case 4:
+        points.front().time_from_start().sec(0);
+        points.front().time_from_start().nanosec(0);
+        points.front().positions()[0] += 0.3;
+        return expect_end("begins elsewhere", send(goal), kAborted, -1);
+      default: {
+        // Slower than its time allows: the speed override stretches it.
+        EXPECT_NO_THROW(cell_.arm(arm_).set_speed(0.05, kLong));
+        std::vector<double> to = cell_.arm(arm_).state(kLong).q;
+        to[0] += to[0] > 0.0 ? -0.4 : 0.4;
+        goal = smooth_to(to);
+        goal.goal_time_tolerance().sec(0);
+        goal.goal_time_tolerance().nanosec(100'000'000);
+        const Sent sent = send(goal);
+        expect_end("late", sent, kAborted, -5);
+        EXPECT_NO_THROW(cell_.arm(arm_).set_speed(1.0, kLong));
+      }
+    }
+  }
+
+  Cell cell_;
+  std::string arm_;
+  ActionClient client_;
+  unsigned seed_;
+  std::mt19937 random_;
+  int sent_ = 0;
+  std::map<std::string, int> outcomes_;
+};
+
+TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
+  const Cell cell = connect();
+  const std::vector<std::string> arms{"north", "west", "east"};
+  std::vector<std::unique_ptr<Customer>> customers;
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    static_cast<void>(home(cell, arms[i]));
+    customers.push_back(std::make_unique<Customer>(*peer_, cell, arms[i], static_cast<unsigned>(2 * i)));
+    ASSERT_TRUE(customers.back()->wait_available()) << arms[i];
+  }
+  const int each = number_of_trajectories() / static_cast<int>(arms.size());
+  std::vector<std::thread> threads;
+  for (const auto& customer : customers) threads.emplace_back([&customer, each] { customer->run(each); });
+  // While an arm moves in the zone.
+  const auto moves = [&] {
+    const auto goal = cell.arm("west").goal();
+    return goal && goal->trajectory_time && *goal->trajectory_time > Seconds(0.5) && !is_final(goal->state);
+  };
+  EXPECT_TRUE(cell.wait_until(moves, kLong));
+  EXPECT_TRUE(kill_planner("west", cell_domain_->number()));
+  for (std::thread& thread : threads) thread.join();
+  std::map<std::string, int> all;
+  int ended = 0;
+  int sent = 0;
+  for (const auto& customer : customers) {
+    sent += customer->sent();
+    for (const auto& [outcome, count] : customer->outcomes()) {
+      all[outcome] += count;
+      ended += count;
+    }
+  }
+  for (const auto& [outcome, count] : all) std::cout << outcome << ": " << count << '\n';
+  EXPECT_EQ(ended, sent) << "each has a result";
+  const CellStatus status = cell.status(kLong);
+  ASSERT_TRUE(status.contacts);
+  EXPECT_EQ(status.contacts->contacts, 0U);
+  if (status.contacts->smallest) std::cout << "smallest separation " << status.contacts->smallest->distance << " m\n";
+}
+
+}  // namespace
+}  // namespace hecaton::test
