@@ -51,10 +51,6 @@ class Device:
         return False
 
 
-class Imperfect(Device):
-    device = {"type": "simulated", "servo": "ur_e_series"}
-
-
 class UniversalRobots(Device):
     address = "127.0.0.21"
     device = {"type": "universal_robots", "robot_ip": address}
@@ -109,7 +105,7 @@ class Program(Device):
         return [self.programs / "simulated_joints", str(DOMAIN), "device_cost", "arm", *[f"{q:.6f}" for q in home]]
 
 
-DEVICES = {"simulated": Device, "simulated (servo)": Imperfect, "universal_robots": UniversalRobots, "abb_egm": AbbEgm,
+DEVICES = {"simulated": Device, "universal_robots": UniversalRobots, "abb_egm": AbbEgm,
            "ros2_control trajectory": Ros2Control, "ros2_control action": Ros2Action, "ros2_control position": Ros2Position,
            "program": Program}
 
