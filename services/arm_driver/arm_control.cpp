@@ -13,6 +13,9 @@ using msg::CauseKind;
 constexpr int kMostPeriodsAtOnce = 500;
 /// A joint that moves faster than this is not at rest [rad/s | m/s].
 constexpr double kMoving = 1e-3;
+/// Measured velocities of real arms at rest are noisy: their mean over some time must be above this, too [rad/s | m/s].
+constexpr double kMovingOnAverage = 3e-3;
+constexpr double kAveraged = 0.05;  // time constant of that mean [s]
 
 /// Names the joint that is farthest from its set-point.
 std::string far_text(const planner::JointVector& commanded, const planner::JointVector& measured) {
@@ -50,8 +53,10 @@ void ArmControl::read(Clock::time_point now) {
   if (now_ == Clock::time_point()) accepted_at_ = now;
   const bool stalled = now - now_ > setup_.valid_for;
   const bool was_active = session_.active();
+  const double dt = std::chrono::duration<double>(now - now_).count();
   now_ = now;
   session_.read(now, !hold_ && !observed_);
+  average_velocity(dt);
   if (was_active && !session_.active()) {
     interpolator_.reset(interpolator_.reference().q);
   } else if (!was_active && session_.active()) {
@@ -61,6 +66,13 @@ void ArmControl::read(Clock::time_point now) {
   } else if (session_.active() && stalled) {
     stop(continues_from());  // the device has begun its own stop meanwhile
   }
+}
+
+void ArmControl::average_velocity(double dt) {
+  const planner::JointVector& qd = measured().qd;
+  if (mean_qd_.size() != qd.size()) mean_qd_ = planner::JointVector::Zero(qd.size());
+  if (!qd.allFinite()) return;
+  mean_qd_ += (qd - mean_qd_) * std::min(1.0, dt / kAveraged);
 }
 
 void ArmControl::stop(const planner::JointState& from) {
@@ -169,8 +181,8 @@ void ArmControl::approach(const planner::JointState& reference, double dt) {
 }
 
 bool ArmControl::moves() const {
-  const auto& qd = measured().qd;
-  return qd.size() > 0 && qd.cwiseAbs().maxCoeff() > kMoving;
+  const planner::JointVector& qd = measured().qd;
+  return ((qd.array().abs() > kMoving) && (mean_qd_.array().abs() > kMovingOnAverage)).any();
 }
 
 msg::ArmMode ArmControl::mode() const {

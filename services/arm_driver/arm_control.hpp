@@ -71,6 +71,7 @@ class ArmControl {
 
  private:
   void stop(const planner::JointState& from);
+  void average_velocity(double dt);
   void leave_to_others();
   void interpolate();
   void approach(const planner::JointState& reference, double dt);
@@ -82,6 +83,7 @@ class ArmControl {
   CommandGate gate_;
   planner::SetPointInterpolator interpolator_;
   Clock::time_point now_;           ///< of the last read()
+  planner::JointVector mean_qd_;    ///< measured velocity, averaged over some periods [rad/s | m/s]
   Clock::time_point reference_at_;  ///< the instant of the interpolator's reference
   Clock::time_point accepted_at_;
   planner::JointState written_;        ///< the last set-point of the device

@@ -144,6 +144,8 @@ class Cell:
         self._hecaton, self._file, self._logs = options.programs / "hecaton", options.cell, logs
         self._status, self._changed = None, threading.Condition()
         self._faults = {}
+        self.doing = "the start"  # the event that happens now
+        self.closest = {}  # by kind of pair: the smallest separation, and what the arms did then
         self._log = open(logs / "up.log", "w")
         # With a view, its address is for a person.
         self._up = self._start("up", self._file, "--headless", "--log-dir", logs / "cell", *(["--view"] if options.view else []),
@@ -160,7 +162,16 @@ class Cell:
             with self._changed:
                 self._status = json.loads(line)
                 self._faults.update({fault["id"]: fault for fault in self._status["faults"]})
+                self._note_closest()
                 self._changed.notify_all()
+
+    def _note_closest(self):
+        for kind in (self._status["contact_report"] or {}).get("kinds", []):
+            pair, known = kind["closest_pair"], self.closest.get(kind["kind"])
+            if pair and (known is None or pair["distance_m"] < known["distance_m"]):
+                self.closest[kind["kind"]] = {**pair, "during": self.doing, "arms": {
+                    arm["name"]: [arm["mode"], arm["state"]["mode"], max(map(abs, arm["state"]["qd"]), default=None)]
+                    for arm in self._status["arms"] if arm["state"]}}
 
     def stop(self):
         self._watch.terminate()
@@ -311,6 +322,7 @@ class Run:
         arm = self.moving_arm(rng)
         controller = self.controllers[arm]
         name, (kind, causes, remedies) = rng.choice(list(controller.events().items()))
+        self.cell.doing = f"{name}, {arm}"
         known = set(self.cell.faults())
         began = time.monotonic()
         for cause in causes:
@@ -338,6 +350,7 @@ class Run:
                 raise Unsafe(f"{arm} may move after {name} without a person")
             self.resume(arm)
         self.caused |= {id for id, fault in self.cell.faults().items() if id not in known and fault["subject"] == arm}
+        self.cell.doing = f"after {name}, {arm}"
         print(f"{number} of {self.options.events}: {name}, {arm}", file=sys.stderr, flush=True)
 
     def look_after(self):
@@ -382,7 +395,7 @@ class Run:
         fastest = {arm: controller.order("state")["fastest"] * (math.pi / 180.0 if controller.degrees else 1.0)
                    for arm, controller in self.controllers.items() if "fastest" in controller.order("state")}
         result = {"goals_reached": sum(giver.reached for giver in givers), "goals_late": sum(giver.ended for giver in givers),
-                  "contacts": contact.get("contacts"), "min_separation_m": contact.get("min_separation_m"), "closest_pair": contact.get("closest_pair"),
+                  "contacts": contact.get("contacts"), "min_separation_m": contact.get("min_separation_m"), "closest": self.cell.closest,
                   "p50_s": times[len(times) // 2] if times else None, "p95_s": times[int(0.95 * len(times))] if times else None,
                   "duration_s": seconds, "largest_first_rad": self.largest_first, "fastest_rad_s": fastest,
                   "faults_without_event": len(self.uncaused),
@@ -391,6 +404,8 @@ class Run:
         print(f"{result['goals_reached']} goals reached, {result['goals_late']} too late; {result['contacts']} contacts; smallest separation "
               f"{1000 * (result['min_separation_m'] or 0):.0f} mm; p50 {result['p50_s'] or 0:.2f} s, p95 {result['p95_s'] or 0:.2f} s, of which "
               "the start of each client is a part")
+        for kind, pair in result["closest"].items():
+            print(f"nearest, {kind}: {1000 * pair['distance_m']:.0f} mm, {pair['a']} – {pair['b']}, during {pair['during']}")
         for row in result["events"]:
             told = "no fault" if row["reported_p50_s"] is None else f"reported after {row['reported_p50_s']:.2f} s, at most {row['reported_max_s']:.2f} s"
             print(f"{row['arm']:6} {row['event']:22} {row['n']:4}  {told}")

@@ -50,6 +50,7 @@ class FaultyArm final : public device::ArmDevice {
     state.mode = mode;
     state.text = text;
     state.age = age;
+    if (trembles > 0.0) state.measured.qd[0] += trembles * (++reads_ % 2 == 0 ? 1.0 : -1.0);
     if (measures_nan) state.measured.qd[0] = NAN;
     if (sticks) state.measured = measured.measured;
     return measured = state;
@@ -77,6 +78,7 @@ class FaultyArm final : public device::ArmDevice {
   std::string text;
   std::chrono::nanoseconds age{0};
   bool measures_nan = false;
+  double trembles = 0.0;  ///< noise of the measured velocity [rad/s]
   bool starts_slowly = false;
   bool sticks = false;  ///< reports the same position for ever
   double delay = 0.0;   ///< [s]
@@ -90,6 +92,7 @@ class FaultyArm final : public device::ArmDevice {
 
  private:
   std::unique_ptr<ArmDevice> arm_;
+  int reads_ = 0;
 };
 
 class ArmControlTest : public testing::Test {
@@ -501,6 +504,18 @@ TEST_F(ArmControlTest, MovesSmoothlyWithALateLoop) {
     }
   }
   EXPECT_NEAR(q(), before + 0.1, 0.001);
+}
+
+// Velocities of a real arm at rest are never exactly zero.
+TEST_F(ArmControlTest, HasStoppedAlthoughMeasuredVelocitiesTremble) {
+  run();
+  device_.trembles = 0.005;
+  may_run_ = false;
+  for (int i = 0; i < 200; ++i) period();
+  for (int i = 0; i < 500; ++i) {
+    period();
+    ASSERT_EQ(control_.mode(), ArmMode::ARM_STOPPED) << "period " << i;
+  }
 }
 
 TEST_F(ArmControlTest, StopsTheDeviceAtItsEnd) {

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_session.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde.hpp"
@@ -277,6 +278,30 @@ TEST_F(UniversalRobotsTest, NamesATakenPort) {
   begin({}, {{"reverse_port", "50217"}});
   ASSERT_TRUE(until([this] { return session_->failed(); }));
   EXPECT_NE(text().find("cannot listen on port 50217 of this machine"), std::string::npos) << text();
+}
+
+TEST(UniversalRobots, NamesAWrongAddress) {
+  device::universal_robots::RtdeSetup setup;
+  setup.address = "127.0.0.99";
+  device::universal_robots::RtdeClient client(setup, [](const auto&, const auto&) {});
+  client.open(Clock::now());
+  const auto until = Clock::now() + 10s;
+  while (!client.failed() && Clock::now() < until) client.update(Clock::now());
+  EXPECT_EQ(client.error(),
+            "the robot at 127.0.0.99 cannot be reached on port 30004: Connection refused; is it on, and is robot_ip "
+            "right?");
+}
+
+TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
+  planner::RobotModel model;
+  model.links.resize(1);
+  model.links[0].joint = 0;
+  model.links[0].X_PJ = planner::Pose::Identity();
+  const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10"), model); };
+  ASSERT_EQ(notes().size(), 2U);
+  EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
+  model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(notes().size(), 1U) << "a calibration turns the frames by a little";
 }
 
 TEST(UniversalRobots, RefusesWrongKeys) {
