@@ -161,7 +161,8 @@ msg::Cause DeviceSession::cause_of_state() const {
 }
 
 // While a device that has failed connects again, its failure is still the reason. A device that was stopped may say one
-// sample later only that it is not ready: why it stopped stays the reason for kStopShown, so that the supervisor sees it.
+// sample later only that it is not ready: why it stopped stays the reason for kStopShown, so that the supervisor sees
+// it.
 msg::Cause DeviceSession::cause() const {
   if (failure_) return make_cause(CauseKind::CAUSE_DEVICE_FAILED, setup_.arm, *failure_);
   msg::Cause present = cause_of_state();

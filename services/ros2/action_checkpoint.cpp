@@ -35,11 +35,11 @@ void ActionCheckpoint::save(const SavedAction& action) {
   const std::uint64_t size = bytes.size();
   std::string contents(reinterpret_cast<const char*>(&size), sizeof size);
   contents.append(bytes.begin(), bytes.end());
-  const std::string failure = services::write_atomically(path_, std::move(contents), '\0');
-  if (!failure.empty() && !failed_) {
-    services::log_warning("trajectories would not survive a restart", {{"arm", action.arm}, {"reason", failure}});
+  const auto failure = services::write_atomically(path_, std::move(contents), '\0');
+  if (failure && !failed_) {
+    services::log_warning("trajectories would not survive a restart", {{"arm", action.arm}, {"reason", *failure}});
   }
-  failed_ = !failure.empty();
+  failed_ = failure.has_value();
 }
 
 }  // namespace hecaton::ros2
