@@ -378,7 +378,8 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
     if (!done && active_->goal) active_->goal->cancel();
     return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, end->code, end->text, now);
   }
-  if (now >= fed_back_ + kFeedbackPeriod) {
+  const bool time_is_known = progress || !active_->restored;  // after a restart the planner says it
+  if (time_is_known && now >= fed_back_ + kFeedbackPeriod) {
     fed_back_ = now;
     publish_feedback(arm);
   }
