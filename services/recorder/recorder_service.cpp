@@ -103,7 +103,7 @@ void RecorderService::begin(bus::Clock::time_point now) {
     options.former = former_files(options.path, file_.cell.name);
     recorder_ = std::make_unique<Recorder>(file_, recording_participant_, mailbox_, options);
     log_info("recording", {{"file", recorder_->recording().files().back()}});
-    refusal_.clear();
+    refusal_.reset();
   } catch (const RecordingError& error) {
     fail(error.what());
   }
@@ -123,16 +123,16 @@ void RecorderService::record(const std::string& event) {
 }
 
 void RecorderService::fail(const std::string& reason) {
-  if (refusal_.empty()) log_error("the cell is not recorded", {{"reason", reason}});
+  if (!refusal_) log_error("the cell is not recorded", {{"reason", reason}});
   refusal_ = "the cell is not recorded: " + reason;
 }
 
 void RecorderService::publish_heartbeat() {
   HealthReport report;
   report.term = events_.term();
-  if (!refusal_.empty()) {
+  if (refusal_) {
     report.state = msg::NodeState::NODE_FAILED;
-    report.cause = make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, recorder_node(), refusal_);
+    report.cause = make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, recorder_node(), *refusal_);
   }
   heartbeat_->publish(loop_.now(), report, loop_.statistics());
 }

@@ -64,7 +64,7 @@ class RecorderService {
   std::optional<HeartbeatPublisher> heartbeat_;  ///< of a service of an agent
   SavingEvents events_;
   std::unique_ptr<Recorder> recorder_;  ///< null: the disk refuses
-  std::string refusal_;                 ///< why
+  std::optional<std::string> refusal_;  ///< why
   bus::Clock::time_point begin_at_{};
 };
 

@@ -24,11 +24,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = bus::Clock;
 
-// As hecaton-ros2 sends them.
-constexpr auto kMarkerPeriod = 100ms;
-constexpr auto kStatusPeriod = 500ms;
-constexpr auto kDiagnosticsPeriod = 1s;
-
 /// The QoS of a topic as rosbag2 writes it since Humble: 1 is keep_last, reliable, transient_local and automatic, 2
 /// volatile. A player sends the topic with it.
 std::string qos_text(bool latched) {
@@ -163,18 +158,18 @@ class BagExport {
         write(Ros2Topics::of_arm(i, Ros2Topics::kArmJointStates), ros2::joint_state(arm));
       }
     }
-    if (due(0, kMarkerPeriod)) {
+    if (due(0, ros2::kMarkerPeriod)) {
       scene_.update_markers(state, view.time_at(at_));
       for (std::size_t i = 0; i < ros2::CellMarkers::kNames.size(); ++i) {
         write(Ros2Topics::kMarkers + i, scene_.markers().message(i));
       }
     }
-    if (due(1, kStatusPeriod)) {
+    if (due(1, ros2::kStatusPeriod)) {
       for (std::size_t i = 0; i < view.size(); ++i) {
         write(Ros2Topics::of_arm(i, Ros2Topics::kArmStatus), ros2::status_of(view.arm(i), at_));
       }
     }
-    if (due(2, kDiagnosticsPeriod)) {
+    if (due(2, ros2::kDiagnosticsPeriod)) {
       write(Ros2Topics::kDiagnostics, scene_.diagnostics(state, at_, view.time_at(at_)));
     }
   }

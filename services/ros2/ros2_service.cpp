@@ -16,8 +16,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLoopPeriod = 10ms;
-constexpr std::uint64_t kMarkerTicks = 10;  // 10 Hz
-constexpr std::uint64_t kStatusTicks = 50;  // 2 Hz
+constexpr std::uint64_t kMarkerTicks = kMarkerPeriod / kLoopPeriod;
+constexpr std::uint64_t kStatusTicks = kStatusPeriod / kLoopPeriod;
 
 bus::Participant ros_participant(const config::CellFile& file) {
   bus::ParticipantOptions options = bus::ros2::participant_options();

@@ -3,6 +3,7 @@
 /// their topics.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -16,6 +17,11 @@
 #include "services/ros2_messages/ros2_types.hpp"
 
 namespace hecaton::ros2 {
+
+/// Between two messages of a topic, live and in bags.
+inline constexpr std::chrono::milliseconds kMarkerPeriod{100};
+inline constexpr std::chrono::milliseconds kStatusPeriod{500};
+inline constexpr std::chrono::milliseconds kDiagnosticsPeriod{1000};
 
 /// The path of the tool of one arm that a node of ROS 2 has ordered.
 struct OrderedPath {

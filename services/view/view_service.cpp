@@ -145,11 +145,11 @@ void ViewService::listen(bus::Clock::time_point now) {
     orders_->announce_control();
     log_info("view started", {{"url", url()}});
     if (!token_file_.empty()) log_info("address with token written", {{"file", token_file_.string()}});
-    refusal_.clear();
+    refusal_.reset();
     if (!heartbeat_) std::cout << control_url() << std::endl;
   } catch (const std::runtime_error& error) {
     if (!heartbeat_) throw;
-    if (refusal_.empty()) log_warning("the page cannot be served yet", {{"reason", error.what()}});
+    if (!refusal_) log_warning("the page cannot be served yet", {{"reason", error.what()}});
     refusal_ = error.what();
   }
 }
@@ -157,9 +157,9 @@ void ViewService::listen(bus::Clock::time_point now) {
 void ViewService::publish_heartbeat() {
   HealthReport report;
   report.term = feed_.state().mode().term();
-  if (!refusal_.empty()) {
+  if (refusal_) {
     report.state = msg::NodeState::NODE_DEGRADED;
-    report.cause = make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, view_node(), refusal_);
+    report.cause = make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, view_node(), *refusal_);
   }
   heartbeat_->publish(loop_.now(), report, loop_.statistics());
 }

@@ -67,7 +67,7 @@ class ViewService {
   std::unique_ptr<Orders> orders_;
   std::optional<GoalPreview> preview_;  // of a view that has control
   std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use
-  std::string refusal_;                 // why
+  std::optional<std::string> refusal_;  // why
   bus::Clock::time_point listen_at_{};
 };
 

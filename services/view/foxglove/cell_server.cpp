@@ -16,10 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// As hecaton-ros2 sends them.
-constexpr auto kMarkerPeriod = 100ms;
-constexpr auto kStatusPeriod = 500ms;
-constexpr auto kDiagnosticsPeriod = 1s;
 constexpr auto kTimePeriod = 50ms;
 
 constexpr std::uintmax_t kLargestAsset = std::uintmax_t{64} << 20;  // [byte]
@@ -184,14 +180,14 @@ void CellServer::publish(bus::Clock::time_point now) {
   scene_.update_states(feed_.state());
   if (due(0, now, kTimePeriod)) hub_->publish_time(unix_ns());
   if (due(1, now, state_period(file_))) send_states(feed_.now());
-  if (due(2, now, kMarkerPeriod)) send_markers();
-  if (due(3, now, kStatusPeriod)) {
+  if (due(2, now, ros2::kMarkerPeriod)) send_markers();
+  if (due(3, now, ros2::kStatusPeriod)) {
     for (std::size_t i = 0; i < scene_.view().size(); ++i) {
       const std::size_t channel = Ros2Topics::of_arm(i, Ros2Topics::kArmStatus);
       if (hub_->wanted(channel)) send(channel, ros2::status_of(scene_.view().arm(i), feed_.now()));
     }
   }
-  if (due(4, now, kDiagnosticsPeriod) && hub_->wanted(Ros2Topics::kDiagnostics)) send_diagnostics();
+  if (due(4, now, ros2::kDiagnosticsPeriod) && hub_->wanted(Ros2Topics::kDiagnostics)) send_diagnostics();
 }
 
 void CellServer::send_states(bus::Clock::time_point now) {
