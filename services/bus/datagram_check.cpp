@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace hecaton::bus {
 namespace {
@@ -19,7 +20,16 @@ enum Id : std::uint8_t {
   kHeartbeatFragments = 0x13,
   kData = 0x15,
   kDataFragment = 0x16,
-  kPad = 0x01
+  kPad = 0x01,
+  kInfoReply4 = 0x0D,
+  kInfoDestination = 0x0E,
+  kInfoReply = 0x0F,
+  // DDS Security 1.1, section 7.3.6.2.
+  kSecureBody = 0x30,
+  kSecurePrefix = 0x31,
+  kSecurePostfix = 0x32,
+  kSecureMessage = 0x33,
+  kFirstOfVendors = 0x80
 };
 }  // namespace submessage
 namespace flag {
@@ -34,6 +44,10 @@ constexpr std::uint16_t kStatus = 0x0071;
 }  // namespace parameter
 /// The writer with which each participant announces itself (SPDP), section 9.3.1.3.
 constexpr std::array<std::uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xC2};
+/// The writer of handshakes, DDS Security 1.1, section 7.4.6.1.
+constexpr std::array<std::uint8_t, 4> kAuthenticator{0x00, 0x02, 0x01, 0xC3};
+/// Of the last byte of an endpoint's identifier: neither bit is set in those of users (RTPS 2.2, section 9.3.1.2).
+constexpr std::uint8_t kBuiltin = 0xC0;
 constexpr std::size_t kHeader = 20;
 constexpr std::int64_t kLargestNumber = std::int64_t{1} << 62;
 
@@ -170,6 +184,45 @@ bool DatagramCheck::is_departure(const Submessage& submessage) {
     if (!reader.skip(length)) break;
   }
   return false;
+}
+
+DatagramCheck::Protection DatagramCheck::protection(std::span<const std::uint8_t> datagram) {
+  bool first = true;
+  auto all = Protection::kNotNeeded;
+  const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
+    // Fast DDS takes a message for an encrypted one when it begins like one.
+    if (std::exchange(first, false) && submessage.id == submessage::kSecureMessage) return true;
+    all = std::max(all, protection(submessage));
+    return false;
+  });
+  return whole ? all : Protection::kForged;
+}
+
+DatagramCheck::Protection DatagramCheck::protection(const Submessage& submessage) {
+  Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
+  std::array<std::uint8_t, 4> writer{};
+  if (submessage.id >= submessage::kFirstOfVendors) return Protection::kNotNeeded;  // statistics of Fast DDS
+  switch (submessage.id) {
+    case submessage::kPad:
+    case submessage::kInfoTimestamp:
+    case submessage::kInfoSource:
+    case submessage::kInfoReply4:
+    case submessage::kInfoDestination:
+    case submessage::kInfoReply:
+    case submessage::kSecureBody:  // of a submessage that is encrypted, such as the keys that follow a handshake
+    case submessage::kSecurePrefix:
+    case submessage::kSecurePostfix:
+      return Protection::kNotNeeded;
+    case submessage::kData:
+    case submessage::kDataFragment:
+      if (!reader.skip(8)) return Protection::kForged;
+      break;
+    default:
+      if (!reader.skip(4)) return Protection::kForged;
+  }
+  if (!reader.entity(writer.data())) return Protection::kForged;
+  if (writer == kAnnouncer || writer == kAuthenticator) return Protection::kNotNeeded;
+  return (writer.back() & kBuiltin) == kBuiltin ? Protection::kMissing : Protection::kForged;
 }
 
 std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Clock::time_point now) {

@@ -45,6 +45,14 @@ class DatagramCheck {
   /// Fast DDS 2.9.1 and 3.1 abort the process when a departure meets their check of that participant's lease. An
   /// intruder could also forge it. The lease removes a participant that has left.
   [[nodiscard]] static bool announces_departure(std::span<const std::uint8_t> datagram);
+  enum class Protection : std::uint8_t {
+    kNotNeeded,  ///< encrypted as a whole, or a participant's announcement or handshake, which nothing can encrypt
+    kMissing,    ///< of the discovery of a participant without keys
+    kForged,     ///< a sample, or what decides about samples, that is not encrypted
+  };
+  /// Participants with keys may receive kNotNeeded only. Fast DDS 2.9.1 encrypts what it sends, but it also takes what
+  /// is not encrypted. An intruder could send a GAP in the name of any writer.
+  [[nodiscard]] static Protection protection(std::span<const std::uint8_t> datagram);
   /// The participant has left or was found again: its writers may continue with any number.
   void forget(const Prefix& participant);
 
@@ -73,6 +81,7 @@ class DatagramCheck {
   template <class Visit>
   static bool visit_submessages(std::span<const std::uint8_t> datagram, Visit visit);
   [[nodiscard]] static bool is_departure(const Submessage& submessage);
+  [[nodiscard]] static Protection protection(const Submessage& submessage);
   [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Prefix& sender,
                                                        Clock::time_point now);
 

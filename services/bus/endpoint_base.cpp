@@ -95,6 +95,7 @@ void WriterBase::on_publication_matched(dds::DataWriter*, const dds::Publication
     matched_ = status.current_count;
   }
   changed_.notify_all();
+  if (status.current_count_change > 0) participant_->note_match(endpoint_id(status.last_subscription_handle));
   if (mailbox_ == nullptr) return;
   const auto kind = status.current_count_change > 0 ? EventKind::kPeerMatched : EventKind::kPeerLost;
   mailbox_->post({kind, info_.name, {}, endpoint_id(status.last_subscription_handle), Clock::now()});
@@ -245,6 +246,7 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
     }
   }
   changed_.notify_all();
+  if (found) participant_->note_match(peer);
   mailbox_->post({found ? EventKind::kPeerMatched : EventKind::kPeerLost, info_.name, last_key, peer, Clock::now()});
 }
 

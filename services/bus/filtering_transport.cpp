@@ -48,6 +48,11 @@ class FilteringTransport : public FrontTransport {
     constexpr std::size_t kPrefixAt = 8;
     if (size < kPrefixAt + sender.size()) return;
     std::copy_n(data + kPrefixAt, sender.size(), sender.begin());
+    if (filter_->secured) {
+      const auto protection = DatagramCheck::protection({data, size});
+      if (protection == DatagramCheck::Protection::kForged) return refuse(sender, "it is not encrypted", remote);
+      if (protection == DatagramCheck::Protection::kMissing) return;
+    }
     if (const auto malformed = filter_->datagrams.refuse({data, size}, Clock::now())) {
       return refuse(sender, *malformed, remote);
     }
@@ -142,7 +147,7 @@ std::shared_ptr<DatagramFilter> add_transports(dds::DomainParticipantQos& qos, i
                                                const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
-  auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease);
+  auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease, !options.identity.empty());
   qos.transport().user_transports.push_back(std::make_shared<FilteringTransportDescriptor>(udp(options), filter));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());

@@ -6,7 +6,8 @@
 /// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and peers do
 /// not repeat them: in one start of five the newcomer knew no peer until the next periodic announcements. The filter
 /// sends nothing before the participant is complete. It also isolates the process after a stall (LocalStallGuard) and
-/// quarantined peers (PeerQuarantine), and drops malformed datagrams and announced departures (DatagramCheck).
+/// quarantined peers (PeerQuarantine). It drops malformed datagrams, announced departures, and with keys what is not
+/// encrypted (DatagramCheck).
 
 #include <atomic>
 #include <functional>
@@ -26,9 +27,9 @@ namespace hecaton::bus {
 /// Decides which datagrams one participant sends and receives. Thread-safe, but for the parts' update().
 class DatagramFilter {
  public:
-  /// `discard`: as in ParticipantOptions. The filter is closed at first.
-  DatagramFilter(std::function<bool()> discard, Clock::duration lease)
-      : stall_guard(lease, Clock::now()), quarantine(lease), discard_(std::move(discard)) {}
+  /// `discard`: as in ParticipantOptions. `has_keys`: of the participant. The filter is closed at first.
+  DatagramFilter(std::function<bool()> discard, Clock::duration lease, bool has_keys)
+      : secured(has_keys), stall_guard(lease, Clock::now()), quarantine(lease), discard_(std::move(discard)) {}
 
   void open() { open_ = true; }
   void close() { open_ = false; }
@@ -40,6 +41,7 @@ class DatagramFilter {
   /// Call it once for each received datagram.
   [[nodiscard]] bool may_receive() const { return !stall_guard.isolated(Clock::now()); }
 
+  const bool secured;
   LocalStallGuard stall_guard;
   PeerQuarantine quarantine;
   ReceiverWatchdog receivers;

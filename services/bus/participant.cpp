@@ -297,7 +297,9 @@ void Participant::Impl::run_monitor() {
     check_stall(now);
     check_revocations(now);
     filter_->quarantine.update(now, receiving_since_);
-    for (const auto& peer : handshakes_.take_overdue(now)) filter_->quarantine.dropped(peer, now);
+    if (secured_) {
+      for (const auto& peer : handshakes_.take_overdue(now)) filter_->quarantine.dropped(peer, now);
+    }
     abort_if_deadlocked(now);
     const auto next = check_monitored(now);
     lock.lock();
@@ -382,7 +384,7 @@ void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
 
 void Participant::Impl::on_authentication(const rtps::GUID_t& peer, bool authorized) {
   const auto prefix = prefix_of(peer);
-  handshakes_.ended(prefix);
+  handshakes_.ended(prefix, authorized, Clock::now());
   if (authorized) return;
   filter_->quarantine.dropped(prefix, Clock::now());
   Refused refused;
@@ -393,12 +395,17 @@ void Participant::Impl::on_authentication(const rtps::GUID_t& peer, bool authori
 }
 
 void Participant::Impl::note_handshake(const PeerEvent& event) {
-  if (!secured_) return;
   if (event.kind == PeerEvent::Kind::kFound) {
-    handshakes_.found(prefix_of(event.guid), Clock::now());
+    handshakes_.found(prefix_of(event.guid), printable(event.name, kLongestName), Clock::now());
   } else {
-    handshakes_.ended(prefix_of(event.guid));
+    handshakes_.forget(prefix_of(event.guid));
   }
+}
+
+void Participant::Impl::note_match(const EndpointId& peer) {
+  AuthenticationWatch::Prefix prefix{};
+  std::copy_n(peer.bytes.begin(), prefix.size(), prefix.begin());
+  handshakes_.forget(prefix);
 }
 
 void Participant::Impl::note_addresses(const PeerEvent& event) {
@@ -433,6 +440,10 @@ Participant& Participant::operator=(Participant&&) noexcept = default;
 
 bool Participant::recovering() const {
   return impl_->recovering();
+}
+
+std::vector<std::string> Participant::joining() const {
+  return impl_->joining();
 }
 
 std::optional<std::chrono::system_clock::time_point> Participant::identity_expires() const {

@@ -82,6 +82,10 @@ class Participant {
   /// received data meanwhile.
   [[nodiscard]] bool recovering() const;
 
+  /// The names of participants that were found and cannot be heard. With keys the handshake is under way. Without keys
+  /// they have no endpoint that matches: theirs is another partition, or they have keys.
+  [[nodiscard]] std::vector<std::string> joining() const;
+
   /// ParticipantOptions::identity_expires
   [[nodiscard]] std::optional<std::chrono::system_clock::time_point> identity_expires() const;
 

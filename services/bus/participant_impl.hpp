@@ -57,6 +57,9 @@ struct Participant::Impl : PeerListener {
   void check_by(Clock::time_point at);
 
   [[nodiscard]] bool recovering() const;
+  [[nodiscard]] std::vector<std::string> joining() const { return handshakes_.joining(Clock::now()); }
+  /// An endpoint of this participant was matched with `peer`, an endpoint of another one.
+  void note_match(const EndpointId& peer);
   /// Arrival time of a sample that a reader takes now, see LocalStallGuard.
   [[nodiscard]] Clock::time_point arrival() const { return filter_->stall_guard.arrival(Clock::now()); }
 
@@ -95,7 +98,7 @@ struct Participant::Impl : PeerListener {
   std::shared_ptr<DatagramFilter> filter_;
   bool announce_departure_;
   const bool secured_;
-  AuthenticationWatch handshakes_;               ///< when secured
+  AuthenticationWatch handshakes_;
   std::atomic<std::uint64_t> largest_term_ = 0;  ///< admitted
   std::atomic<bool> deadlocked_ = false;
   const std::function<std::vector<GuidBeginning>()> revoked_;

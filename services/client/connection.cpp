@@ -60,6 +60,29 @@ void require_acceptable(const T& message) {
   }
 }
 
+/// Why the participants that were found may be no help, as a part of a sentence; empty: none was found.
+std::string found_instead(const bus::Participant& participant) {
+  constexpr std::size_t kMost = 3;
+  const auto some = [](std::vector<std::string> names) {
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    const std::size_t all = names.size();
+    if (all > kMost) names.resize(kMost);
+    return listed(names) + (all > kMost ? " and others" : "");
+  };
+  std::vector<std::string> others;
+  for (const bus::Refused& refused : participant.refused(std::chrono::minutes(1), 64)) {
+    if (!refused.node.empty()) others.push_back(refused.node);
+  }
+  const bool has_keys = participant.identity_expires().has_value();
+  if (const auto names = participant.joining(); !names.empty()) {
+    if (has_keys) return " (the handshake with " + some(names) + " has not ended: wait longer)";
+    return " (it has " + some(names) + " of another cell, or of one with keys, whose cell file names them)";
+  }
+  if (has_keys && !others.empty()) return " (it has " + some(others) + ", with other keys than this program, or none)";
+  return {};
+}
+
 }  // namespace
 
 Clock::time_point deadline_of(Seconds limit) {
@@ -270,7 +293,7 @@ Unreachable Connection::unreachable() const {
   if (endpoints_.world && endpoints_.world->requests.matched() > 0) {
     return Unreachable({"the cell in " + where_ + " has no supervisor that answers", {}, looked_for});
   }
-  return Unreachable({"no cell answers in " + where_,
+  return Unreachable({"no cell answers in " + where_ + found_instead(participant_),
                       "start one with 'hecaton up CELL', or select it by its domain or its cell file", looked_for});
 }
 

@@ -177,6 +177,12 @@ void check_relations(const MapView& root, const CellFile& file) {
   if (file.network.transport == Transport::kSharedMemory && file.hosts.size() > 1) {
     root.at("network").map(section::kNetwork).at("transport").fail("udp in a cell of several hosts");
   }
+  if (file.network.transport == Transport::kSharedMemory && !file.keystore.empty()) {
+    root.at("network")
+        .map(section::kNetwork)
+        .at("transport")
+        .fail("udp in a cell with security, because nothing checks what comes through shared memory");
+  }
   // The working loop itself sends the heartbeat, at most once per period.
   const std::chrono::duration<double> deadline = file.supervision.heartbeat_deadline;
   const auto require_below = [&](const char* key, double period) {

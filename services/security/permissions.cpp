@@ -56,6 +56,26 @@ std::string rule_xml(const Topics& topics, const std::vector<std::string>& parti
          criteria_xml("subscribe", topics.subscribed, partitions) + "      </allow_rule>\n";
 }
 
+/// Streams of states, which all but a few roles read. They are most of a cell's datagrams, and each further encryption
+/// costs each of their readers as much again.
+bool is_state(const bus::Qos& qos) {
+  return !qos.reliable && !qos.partition_per_key;
+}
+
+/// Datagrams are encrypted with a key of their sender, which all participants have. `data`: the kind of protection of
+/// samples, with a key of their writer, which its readers have.
+std::string topic_rule_xml(std::string_view expression, std::string_view data) {
+  std::string text = "        <topic_rule>\n          <topic_expression>";
+  text.append(expression).append(R"(</topic_expression>
+          <enable_discovery_protection>true</enable_discovery_protection>
+          <enable_liveliness_protection>true</enable_liveliness_protection>
+          <enable_read_access_control>true</enable_read_access_control>
+          <enable_write_access_control>true</enable_write_access_control>
+          <metadata_protection_kind>NONE</metadata_protection_kind>
+          <data_protection_kind>)");
+  return text.append(data).append("</data_protection_kind>\n        </topic_rule>\n");
+}
+
 }  // namespace
 
 std::string_view role_name(Role role) {
@@ -65,7 +85,7 @@ std::string_view role_name(Role role) {
 }
 
 std::string governance_xml() {
-  return R"(<?xml version="1.0" encoding="UTF-8"?>
+  std::string text = R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds>
   <domain_access_rules>
     <domain_rule>
@@ -74,18 +94,13 @@ std::string governance_xml() {
       <enable_join_access_control>true</enable_join_access_control>
       <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
       <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-      <rtps_protection_kind>SIGN</rtps_protection_kind>
+      <rtps_protection_kind>ENCRYPT</rtps_protection_kind>
       <topic_access_rules>
-        <topic_rule>
-          <topic_expression>*</topic_expression>
-          <enable_discovery_protection>true</enable_discovery_protection>
-          <enable_liveliness_protection>true</enable_liveliness_protection>
-          <enable_read_access_control>true</enable_read_access_control>
-          <enable_write_access_control>true</enable_write_access_control>
-          <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
-          <data_protection_kind>ENCRYPT</data_protection_kind>
-        </topic_rule>
-      </topic_access_rules>
+)";
+  for (const bus::TopicInfo& topic : bus::kTopics) {
+    if (is_state(topic.qos)) text += topic_rule_xml(topic.name, "NONE");
+  }
+  return text + topic_rule_xml("*", "ENCRYPT") + R"(      </topic_access_rules>
     </domain_rule>
   </domain_access_rules>
 </dds>

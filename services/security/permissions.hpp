@@ -17,7 +17,8 @@ inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWor
 /// "planner"
 [[nodiscard]] std::string_view role_name(Role role);
 
-/// All traffic is encrypted, no participant joins without an identity, and permissions decide about each topic.
+/// All datagrams are encrypted, and samples of all topics but streams of states once more. No participant joins without
+/// an identity, and permissions decide about each topic.
 [[nodiscard]] std::string governance_xml();
 
 /// The permissions of a role (DDS Security 1.1, section 9.4.1.3) for the identity with this subject. They allow exactly

@@ -185,6 +185,7 @@ void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
   // A leader on an isolated host knows nothing of the cell, and no order reaches it.
   const auto& leader = subscriptions_.leader_mode();
   if (leader && detector_.is_isolated(leader->node())) leadership_.leader_died();
+  if (is(Leadership::Role::kListening) && another_joins()) leadership_.observe_joining(since_epoch(turns_.last));
   if (leadership_.decide(since_epoch(turns_.last), subscriptions_.newest_arrival())) {
     replicator_.become_leader(replicated());
     log_info("supervisor leads", {{"term", leadership_.term()}});
@@ -194,6 +195,15 @@ void Supervisor::decide_leadership(bool led, bus::Clock::time_point last_turn) {
   if (continues && turns_.last - last_turn > std::max<Time>(file_.supervision.heartbeat_deadline, kStall)) {
     report_own_stall("stood still", last_turn);
   }
+}
+
+bool Supervisor::another_joins() const {
+  if (file_.keystore.empty()) return false;
+  const auto joining = connection_.participant.joining();
+  return std::any_of(joining.begin(), joining.end(), [&](const std::string& name) {
+    return name != place_.node && std::any_of(place_.supervisors.begin(), place_.supervisors.end(),
+                                              [&](const PlacedNode& one) { return one.node == name; });
+  });
 }
 
 void Supervisor::report_own_stall(const std::string& what, bus::Clock::time_point since) {

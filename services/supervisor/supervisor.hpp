@@ -109,6 +109,8 @@ class Supervisor {
   /// False while the participant recovers. After that it reports the own absence as a fault.
   [[nodiscard]] bool is_present(bus::Clock::time_point now);
   void receive(bus::Clock::time_point now);
+  /// True while the handshake with another supervisor of the cell is under way.
+  [[nodiscard]] bool another_joins() const;
   /// Becomes leader, or steps down. `led`: before this turn's messages.
   void decide_leadership(bool led, bus::Clock::time_point last_turn);
   void assign_planners();

@@ -7,10 +7,14 @@
 #include <fstream>
 #include <iterator>
 #include <ostream>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "services/bus/topics.hpp"
+#include "services/bus/wire_rules.hpp"
 
 #define HECATON_TARGET(name) extern "C" int fuzz_##name(const std::uint8_t* data, std::size_t size);
 #include "targets.inc"
@@ -63,6 +67,22 @@ TEST_P(FuzzReplay, SurvivesEachInput) {
 
 INSTANTIATE_TEST_SUITE_P(Targets, FuzzReplay, testing::ValuesIn(kTargets),
                          [](const auto& one) { return std::string(one.param.name); });
+
+// After a change of a message or of the table of topics, `fuzz_seeds tests/fuzz/corpus` writes them anew.
+TEST(Seeds, OfSamplesHaveTheTopicsAndSchemaOfToday) {
+  const std::filesystem::path here = std::filesystem::path(HECATON_SOURCE_DIR) / "tests/fuzz/corpus/samples";
+  for (std::size_t topic = 0; topic < bus::kTopics.size(); ++topic) {
+    const std::string type(bus::kTopics[topic].type);
+    SCOPED_TRACE(type);
+    std::ifstream stream(here / (type + "_full"), std::ios::binary);
+    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
+    ASSERT_GT(bytes.size(), 1U);
+    EXPECT_EQ(bytes[0], topic);
+    const bus::CheckedSample checked = bus::check_sample(*bus::topic_rule(type), std::span(bytes).subspan(1));
+    EXPECT_FALSE(checked.other_schema);
+    EXPECT_EQ(checked.refusal, "");
+  }
+}
 
 }  // namespace
 }  // namespace hecaton::fuzz

@@ -24,8 +24,9 @@ class Leadership {
   enum class Role : std::uint8_t { kListening, kLeading, kStandingBy };
 
   struct Limits {
-    Time listen{std::chrono::milliseconds(200)};   ///< before the first decision
-    Time search{std::chrono::milliseconds(200)};   ///< for a leader, if there may be one that is not heard yet
+    Time listen{std::chrono::milliseconds(200)};  ///< before the first decision
+    Time search{std::chrono::milliseconds(200)};  ///< for a leader, if there may be one that is not heard yet
+    Time join{std::chrono::seconds(5)};  ///< most that `listen` waits for the handshake with another supervisor
     Time silence{std::chrono::milliseconds(300)};  ///< of the leader while others are heard, until failover
     /// Upper bound of what one gap between packets of others adds to the leader's silence: in a longer gap this
     /// supervisor was cut off.
@@ -58,6 +59,8 @@ class Leadership {
     leader_heard_ = true;
     role_ = role_ == Role::kListening ? role_ : Role::kStandingBy;
   }
+  /// Another supervisor is known and cannot be heard yet: `listen` begins when it can.
+  void observe_joining(Time now) { joining_ = now; }
   /// The process of the leader has ended.
   void leader_died() { leader_heard_ = false; }
   /// This supervisor was stopped or cut off until now: another one may lead.
@@ -77,7 +80,7 @@ class Leadership {
       heard_at_ = heard;
     }
     const bool leader = leader_heard_ && leader_silence_ <= limits_.silence;
-    if (now - began_ < limits_.listen) return false;
+    if (now - std::max(began_, std::min(joining_, began_ + limits_.join)) < limits_.listen) return false;
     const bool searches = role_ == Role::kListening && searches_ && now - began_ < limits_.search;
     if (searches && !leader) return false;
     role_ = leader ? Role::kStandingBy : Role::kLeading;
@@ -104,6 +107,7 @@ class Leadership {
   TermShare share_;
   std::uint64_t highest_;
   Time began_;              // to listen
+  Time joining_{0};         // when another supervisor was last known and not heard
   Time heard_at_{0};        // newest packet of others that leader_silence_ counts
   Time leader_silence_{0};  // while others were heard
   bool leader_heard_ = false;

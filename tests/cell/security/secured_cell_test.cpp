@@ -68,6 +68,7 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
 
   const Ran open = run_hecaton({"status", "--cell", open_file(), "--domain", domain(), "--connect-timeout", "3s"});
   EXPECT_EQ(open.code, 5) << open.out << open.err;
+  EXPECT_NE(open.err.find("of another cell, or of one with keys"), std::string::npos) << open.err;
 
   // An open intruder matches no endpoint, while a viewer with keys sees all states.
   bus::Participant intruder = participant("intruder", std::nullopt);

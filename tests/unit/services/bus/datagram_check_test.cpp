@@ -112,6 +112,33 @@ TEST_F(DatagramCheckTest, RecognisesAnAnnouncedDeparture) {
   EXPECT_TRUE(refused(RtpsDatagram().writer(0x000100C2).fragment(1, 1, 1, 100, 300)));
 }
 
+TEST_F(DatagramCheckTest, TellsWhatIsNotEncrypted) {
+  using Protection = DatagramCheck::Protection;
+  const auto protection = [](const RtpsDatagram& datagram) { return DatagramCheck::protection(datagram.bytes()); };
+  const auto secure = [] { return RtpsDatagram().submessage(0x33, std::vector<std::uint8_t>(24)); };
+  EXPECT_EQ(protection(secure()), Protection::kNotNeeded);
+  EXPECT_EQ(protection(RtpsDatagram().announcement({{0x70, 7}}, 4).submessage(0x80, {1, 2, 3, 4})),
+            Protection::kNotNeeded)
+      << "with statistics of Fast DDS";
+  EXPECT_EQ(protection(RtpsDatagram().submessage(0x09, std::vector<std::uint8_t>(8)).writer(0x000201C3).data(1)),
+            Protection::kNotNeeded)
+      << "a handshake";
+  EXPECT_EQ(protection(RtpsDatagram().submessage(0x31, std::vector<std::uint8_t>(20))), Protection::kNotNeeded);
+
+  EXPECT_EQ(protection(RtpsDatagram().writer(0x000003C2).heartbeat(1, 2)), Protection::kMissing) << "open discovery";
+  for (const auto& forged : {RtpsDatagram().data(1), RtpsDatagram().heartbeat(1, 2), RtpsDatagram().gap(1, 3),
+                             RtpsDatagram().acknowledgement(1, 32), RtpsDatagram().fragment(1, 1, 1, 100, 300),
+                             RtpsDatagram().announcement({}).data(1), RtpsDatagram().submessage(0x12, {1, 2})}) {
+    EXPECT_EQ(protection(forged), Protection::kForged);
+  }
+  auto behind = RtpsDatagram().submessage(0x09, std::vector<std::uint8_t>(8));
+  behind.submessage(0x33, std::vector<std::uint8_t>(24)).data(1);
+  EXPECT_EQ(protection(behind), Protection::kForged) << "Fast DDS would read it as it stands";
+  auto cut = RtpsDatagram().gap(1, 3).bytes();
+  cut.resize(cut.size() - 3);
+  EXPECT_EQ(DatagramCheck::protection(cut), Protection::kForged);
+}
+
 TEST_F(DatagramCheckTest, SurvivesRandomAndTruncatedDatagrams) {
   std::mt19937_64 random(7);
   const auto model =
@@ -123,6 +150,7 @@ TEST_F(DatagramCheckTest, SurvivesRandomAndTruncatedDatagrams) {
     bytes.resize(random() % (bytes.size() + 1));
     static_cast<void>(check_.refuse(bytes, now_));
     static_cast<void>(DatagramCheck::announces_departure(bytes));
+    static_cast<void>(DatagramCheck::protection(bytes));
   }
 }
 

@@ -49,6 +49,34 @@ TEST(Leadership, SearchesForALeaderBeforeItLeadsAgain) {
   EXPECT_TRUE(replaced.decide(401ms, 401ms)) << "the leader is silent: a standby does not search";
 }
 
+TEST(Leadership, ListensFromTheEndOfTheHandshakeWithAnotherSupervisor) {
+  Leadership own(kLimits, 41, 10s);
+  for (auto now = 10s + 0ms; now <= 12s; now += 5ms) {
+    own.observe_joining(now);
+    EXPECT_FALSE(own.decide(now, now));
+  }
+  EXPECT_FALSE(own.decide(12199ms, 12199ms));
+  own.observe_leader(43, 12199ms);
+  EXPECT_FALSE(own.decide(12200ms, 12200ms));
+  EXPECT_EQ(own.role(), Role::kStandingBy);
+
+  Leadership alone(kLimits, 41, 10s);
+  alone.observe_joining(12s);
+  EXPECT_FALSE(alone.decide(12199ms, 12199ms));
+  EXPECT_TRUE(alone.decide(12200ms, 12200ms)) << "the other one leads neither";
+}
+
+TEST(Leadership, WaitsForAHandshakeWithinALimit) {
+  Leadership own(kLimits, 41, 10s);
+  const auto end = 10s + kLimits.join + kLimits.listen;
+  for (std::chrono::nanoseconds now = 10s; now < end; now += 5ms) {
+    own.observe_joining(now);
+    EXPECT_FALSE(own.decide(now, now));
+  }
+  own.observe_joining(end);
+  EXPECT_TRUE(own.decide(end, end)) << "it never ends";
+}
+
 TEST(Leadership, ListensAfterAnAbsenceAndLeadsUnderANewTerm) {
   Leadership own(kLimits, 0, 0ms);
   EXPECT_TRUE(own.decide(200ms, 200ms));

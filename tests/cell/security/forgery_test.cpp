@@ -1,0 +1,188 @@
+/// Datagrams and identities that an intruder forges, against participants with keys and, as a control, without.
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <idl/arm.h>
+#include <idl/supervisor.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "services/bus/endpoint.hpp"
+#include "services/security/certificate.hpp"
+#include "services/security/keystore.hpp"
+#include "tests/support/free_domain.hpp"
+#include "tests/support/rtps_datagram.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+namespace fs = std::filesystem;
+using services::Role;
+constexpr auto kPatience = std::chrono::seconds(60);
+
+/// A socket on another address than the participants have.
+class Intruder {
+ public:
+  Intruder() : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in own = address("127.0.0.9", 0);
+    bound_ = ::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0;
+  }
+  ~Intruder() { ::close(socket_); }
+  Intruder(const Intruder&) = delete;
+  Intruder& operator=(const Intruder&) = delete;
+
+  [[nodiscard]] bool bound() const { return bound_; }
+  /// To the port for user data of each of the first participants of this machine (RTPS 2.2, section 9.6.1.1).
+  void send(int domain, const std::vector<std::uint8_t>& datagram) const {
+    for (int participant = 0; participant < 4; ++participant) {
+      const int port = 7400 + 250 * domain + 11 + 2 * participant;
+      const sockaddr_in to = address("127.0.0.1", port);
+      static_cast<void>(
+          ::sendto(socket_, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+    }
+  }
+
+ private:
+  static sockaddr_in address(const char* text, int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    ::inet_pton(AF_INET, text, &address.sin_addr);
+    return address;
+  }
+  int socket_;
+  bool bound_ = false;
+};
+
+class Forgery : public testing::Test {
+ protected:
+  void SetUp() override {
+    services::create_keystore(keys_, std::chrono::days(10));
+    services::add_host(keys_, "localhost", std::chrono::days(5));
+  }
+  [[nodiscard]] bus::Participant participant(const std::string& name, std::optional<Role> role) const {
+    bus::ParticipantOptions options;
+    options.interfaces = {"127.0.0.1"};
+    if (role) options.identity = services::enclave_folder(keys_, "localhost", *role);
+    return {domain_.number(), name, options};
+  }
+  [[nodiscard]] static std::optional<bus::Refused> refused(const bus::Participant& participant,
+                                                           const std::string& text) {
+    const auto all = participant.refused(kPatience, 8);
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const bus::Refused& one) { return one.text.find(text) != std::string::npos; });
+    return found == all.end() ? std::nullopt : std::optional(*found);
+  }
+  static bool await(const std::function<bool()>& condition, bus::Reader<msg::CellMode>& reader,
+                    std::chrono::milliseconds limit = kPatience) {
+    const auto until = bus::Clock::now() + limit;
+    while (!condition()) {
+      if (bus::Clock::now() > until) return false;
+      static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+    }
+    return true;
+  }
+  static msg::CellMode mode(std::uint64_t term) {
+    msg::CellMode mode;
+    mode.term(term);
+    return mode;
+  }
+  /// A supervisor orders term 1. An intruder sends in its name that samples 2 to 1000 do not exist, and a term 9 of its
+  /// own. Returns the terms that the planner receives after that, while the supervisor orders 2.
+  std::vector<std::uint64_t> received_terms(bool secured) {
+    bus::Participant supervisor = participant("supervisor", secured ? std::optional(Role::kSupervisor) : std::nullopt);
+    bus::Participant planner = participant("planner", secured ? std::optional(Role::kPlanner) : std::nullopt);
+    bus::Writer<msg::CellMode> modes(supervisor);
+    bus::Reader<msg::CellMode> reader(planner);
+    EXPECT_TRUE(modes.wait_matched(1, kPatience));
+    EXPECT_TRUE(modes.write(mode(1)));
+    EXPECT_TRUE(await([&] { return !reader.take().empty(); }, reader));
+
+    RtpsDatagram::Prefix prefix{};
+    const bus::EndpointId id = modes.id();
+    std::copy_n(id.bytes.begin(), prefix.size(), prefix.begin());
+    std::uint32_t entity = 0;
+    for (int i = 12; i < 16; ++i) entity = entity << 8U | id.bytes[i];
+    intruder_.send(domain_.number(), RtpsDatagram(prefix).writer(entity).gap(2, 1001).bytes());
+    // The planner has handled the datagram when it refuses it, or has handled a later one of the supervisor.
+    if (secured) {
+      EXPECT_TRUE(await([&] { return refused(planner, "not encrypted").has_value(); }, reader));
+      EXPECT_EQ(refused(planner, "not encrypted")->address, "127.0.0.9");
+      EXPECT_EQ(refused(planner, "not encrypted")->node, "supervisor");
+    }
+    std::vector<std::uint64_t> terms;
+    EXPECT_TRUE(modes.write(mode(2)));
+    const auto take = [&] {
+      for (const auto& sample : reader.take()) terms.push_back(sample.value.term());
+      return !terms.empty();
+    };
+    static_cast<void>(await(take, reader, secured ? kPatience : std::chrono::milliseconds(1000)));
+    return terms;
+  }
+
+  FreeDomain domain_;
+  TemporaryFolder folder_;
+  const fs::path keys_ = folder_.path() / "keys";
+  Intruder intruder_;
+};
+
+TEST_F(Forgery, RefusesDatagramsInTheNameOfAParticipantWithKeys) {
+  ASSERT_TRUE(intruder_.bound());
+  EXPECT_EQ(received_terms(true), std::vector<std::uint64_t>{2});
+}
+
+// What the keys prevent: the forged gap hides the supervisor's next order.
+TEST_F(Forgery, HidesAnOrderFromAnOpenParticipant) {
+  ASSERT_TRUE(intruder_.bound());
+  EXPECT_TRUE(received_terms(false).empty());
+}
+
+// A viewer whose middleware lets it write commands: it has signed its own permissions, with an authority of its own.
+TEST_F(Forgery, RefusesAParticipantWithPermissionsOfItsOwn) {
+  const fs::path own = folder_.path() / "own";
+  services::create_keystore(own, std::chrono::days(10));
+  const fs::path viewer = services::enclave_folder(keys_, "localhost", Role::kViewer);
+  const auto certificate = services::pki::read_certificate(viewer / "cert.pem");
+  const auto authority = services::pki::read_certificate(own / "public" / "ca.cert.pem");
+  const auto key = services::pki::read_key(own / "private" / "ca.key.pem");
+  const auto now = std::chrono::system_clock::now();
+  const std::string permissions =
+      services::permissions_xml(Role::kPlanner, services::pki::subject_of(certificate.get()),
+                                now - std::chrono::hours(1), now + std::chrono::hours(24));
+  services::pki::write_signed(viewer / "permissions.p7s", permissions, authority.get(), key.get());
+  fs::copy_file(own / "public" / "ca.cert.pem", viewer / "permissions_ca.cert.pem",
+                fs::copy_options::overwrite_existing);
+  fs::copy_file(own / "enclaves" / "governance.p7s", viewer / "governance.p7s", fs::copy_options::overwrite_existing);
+
+  bus::Participant driver = participant("driver", Role::kDriver);
+  bus::Reader<msg::ArmCommand> commands(driver, nullptr, {.key = "north"});
+  bus::Participant forger = participant("planner/north", Role::kViewer);
+  bus::Writer<msg::ArmCommand> forged(forger, {.key = "north"});
+  bus::Participant planner = participant("planner/north", Role::kPlanner);
+  bus::Writer<msg::ArmCommand> writer(planner, {.key = "north"});
+  msg::ArmCommand command;
+  command.arm("north");
+  // Fast DDS reports no refusal of permissions: the forger has as long as the planner needed, and three seconds.
+  const auto until = bus::Clock::now() + kPatience;
+  auto end = until;
+  while (bus::Clock::now() < end) {
+    static_cast<void>(forged.write(command));
+    if (writer.matched() > 0) static_cast<void>(writer.write(command));
+    static_cast<void>(commands.wait_for_data(std::chrono::milliseconds(20)));
+    if (end == until && commands.latest("north") != nullptr) end = bus::Clock::now() + std::chrono::seconds(3);
+  }
+  ASSERT_NE(commands.latest("north"), nullptr) << "of the planner";
+  EXPECT_TRUE(commands.latest("north")->writer == writer.id());
+  EXPECT_EQ(forged.matched(), 0);
+  EXPECT_EQ(commands.matched(), 1);
+}
+
+}  // namespace
+}  // namespace hecaton::test
