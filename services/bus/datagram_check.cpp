@@ -29,7 +29,9 @@ enum Id : std::uint8_t {
   kSecurePrefix = 0x31,
   kSecurePostfix = 0x32,
   kSecureMessage = 0x33,
-  kFirstOfVendors = 0x80
+  // Of Fast DDS, which ends each of its datagrams with one.
+  kStatistics = 0x80,
+  kFirstOfVendors = kStatistics
 };
 }  // namespace submessage
 namespace flag {
@@ -155,7 +157,7 @@ bool DatagramCheck::visit_submessages(std::span<const std::uint8_t> datagram, Vi
       length = datagram.size() - at;  // up to the end
     if (length > datagram.size() - at) return false;
     if (visit(Submessage{id, flags, datagram.subspan(at, length)})) return true;
-    at += length;
+    at += (length + 3) & ~std::size_t{3};  // Fast DDS looks for the next one there
   }
   return true;
 }
@@ -231,7 +233,10 @@ std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8
   std::copy_n(datagram.data() + 8, sender.size(), sender.begin());
   std::optional<std::string_view> why;
   const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
-    why = refuse(submessage, sender, now);
+    // Fast DDS aborts the process otherwise.
+    const bool is_last = std::to_address(submessage.body.end()) == std::to_address(datagram.end());
+    why = submessage.id == submessage::kStatistics ? unless(is_last, "statistics do not end their datagram")
+                                                   : refuse(submessage, sender, now);
     return why.has_value();
   });
   return whole ? why : "a submessage is longer than its datagram";

@@ -25,11 +25,12 @@ class DatagramCheck {
 
   /// Most samples that one GAP may skip beyond those that the writer has sent. Fast DDS takes 0.1 s for so many.
   static constexpr std::int64_t kMostSkipped = 1 << 17;
-  /// A sequence number may exceed the last one of its writer by this: ten seconds of the fastest stream.
-  static constexpr std::int64_t kLeap = 1 << 13;
+  /// A sequence number may exceed the last one of its writer by this, as much as the fastest stream sends in kPause. An
+  /// intruder that forges such a number hides a stream of 100 Hz for 0.64 s.
+  static constexpr std::int64_t kLeap = 1 << 6;
   /// The same after a silence of the writer of kPause.
   static constexpr std::int64_t kLeapAfterPause = 1 << 20;
-  static constexpr std::chrono::seconds kPause{1};
+  static constexpr std::chrono::milliseconds kPause{100};
   /// A late joiner receives old samples before the newest ones: within this time a new writer may leap up to kFirst.
   static constexpr std::chrono::seconds kSettling{2};
   /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.

@@ -14,44 +14,62 @@
 
 #include "services/bus/endpoint.hpp"
 #include "services/bus/fastdds.hpp"
+#include "services/bus/topics.hpp"
 
 namespace hecaton::test {
 
-/// Publishes any bytes as samples of a topic, past every check of the bus's own writers. Fast DDS 2.
-class RawWriter {
+/// A participant of the middleware itself, for RawWriter. Fast DDS 2.
+class RawParticipant {
  public:
-  RawWriter(int domain, const std::string& partition, const std::string& type, bool reliable = true) {
-    namespace dds = bus::dds;
-    dds::DomainParticipantQos qos;
+  /// `interface`: an address of this machine; empty: all.
+  explicit RawParticipant(int domain, const std::string& interface = "127.0.0.1") {
+    bus::dds::DomainParticipantQos qos;
     qos.name("intruder");
     qos.wire_protocol().participant_id = 100;  // unique in this process: those of the bus are lower
-    // The cell uses the loopback interface alone.
     auto transport = std::make_shared<bus::rtps::UDPv4TransportDescriptor>();
-    transport->interfaceWhiteList.emplace_back("127.0.0.1");
+    if (!interface.empty()) transport->interfaceWhiteList.push_back(interface);
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports.push_back(transport);
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
-        static_cast<dds::DomainId_t>(domain), qos, nullptr, dds::StatusMask::none());
-    dds::TypeSupport support(new Type("hecaton::msg::" + type));
-    support.register_type(participant_);
+    participant_ = bus::dds::DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<bus::dds::DomainId_t>(domain), qos, nullptr, bus::dds::StatusMask::none());
+  }
+  ~RawParticipant() {
+    participant_->delete_contained_entities();
+    bus::dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  RawParticipant(const RawParticipant&) = delete;
+  RawParticipant& operator=(const RawParticipant&) = delete;
+
+  [[nodiscard]] bus::dds::DomainParticipant* get() const { return participant_; }
+
+ private:
+  bus::dds::DomainParticipant* participant_ = nullptr;
+};
+
+/// Publishes any bytes as samples of a topic, past every check of the bus's own writers. `participant` must outlive it.
+class RawWriter {
+ public:
+  RawWriter(RawParticipant& participant, const std::string& partition, const std::string& type,
+            const bus::Qos& qos = {.reliable = true}, bool keyed = true) {
+    namespace dds = bus::dds;
+    dds::TypeSupport support(new Type("hecaton::msg::" + type, keyed));
+    support.register_type(participant.get());
     dds::PublisherQos publisher_qos;
     publisher_qos.partition().push_back(partition.c_str());
-    auto* publisher = participant_->create_publisher(publisher_qos);
-    auto* topic = participant_->create_topic("hecaton/" + type, support.get_type_name(), dds::TopicQos());
+    auto* publisher = participant.get()->create_publisher(publisher_qos);
+    auto* topic = participant.get()->create_topic("hecaton/" + type, support.get_type_name(), dds::TopicQos());
     dds::DataWriterQos writer_qos;
     writer_qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     writer_qos.history().depth = 1;
     writer_qos.endpoint().history_memory_policy = bus::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    if (!reliable) writer_qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+    if (!qos.reliable) writer_qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+    if (qos.transient_local) writer_qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+    if (qos.deadline.count() > 0) {
+      writer_qos.deadline().period = bus::Duration(std::chrono::duration<double>(qos.deadline).count());
+    }
     writer_qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ = publisher->create_datawriter(topic, writer_qos);
   }
-  ~RawWriter() {
-    participant_->delete_contained_entities();
-    bus::dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
-  }
-  RawWriter(const RawWriter&) = delete;
-  RawWriter& operator=(const RawWriter&) = delete;
 
   /// With the encapsulation, or whatever the receiver shall take for it.
   void write(std::string bytes) { writer_->write(&bytes); }
@@ -64,10 +82,10 @@ class RawWriter {
  private:
   class Type : public bus::dds::TopicDataType {
    public:
-    explicit Type(const std::string& name) {
+    Type(const std::string& name, bool keyed) {
       setName(name.c_str());
       m_typeSize = 1U << 16U;
-      m_isGetKeyDefined = true;
+      m_isGetKeyDefined = keyed;
     }
     bool serialize(void* data, bus::rtps::SerializedPayload_t* payload) override {
       const auto& bytes = *static_cast<std::string*>(data);
@@ -88,7 +106,6 @@ class RawWriter {
     }
   };
 
-  bus::dds::DomainParticipant* participant_ = nullptr;
   bus::dds::DataWriter* writer_ = nullptr;
 };
 

@@ -183,7 +183,8 @@ TEST_F(IntruderCell, TakesNoMemoryBySamplesThatClaimIt) {
     message.arm(arm);
     return message;
   };
-  RawWriter commands(domain_.number(), "*", "ArmCommand");
+  RawParticipant raw(domain_.number());
+  RawWriter commands(raw, "*", "ArmCommand");
   ASSERT_TRUE(await([&] { return commands.matched(); }));
   msg::ArmCommand many = header("arm1");
   many.q(std::vector<double>(100'000, 0.1));
@@ -207,7 +208,8 @@ TEST(Incompatible, WriterIsReportedWithItsPolicy) {
   options.interfaces = {"127.0.0.1"};
   bus::Participant participant(domain.number(), "reader", options);
   bus::Reader<msg::ArmCommand> reader(participant);
-  const RawWriter writer(domain.number(), "*", "ArmCommand", false);
+  RawParticipant raw(domain.number());
+  const RawWriter writer(raw, "*", "ArmCommand", {.reliable = false});
   std::string policy;
   const auto end = bus::Clock::now() + std::chrono::seconds(30);
   while (policy.empty() && bus::Clock::now() < end) {

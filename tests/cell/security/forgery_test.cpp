@@ -19,6 +19,7 @@
 #include "tests/support/free_domain.hpp"
 #include "tests/support/rtps_datagram.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/wiretap.hpp"
 
 namespace hecaton::test {
 namespace {
@@ -142,6 +143,45 @@ TEST_F(Forgery, RefusesDatagramsInTheNameOfAParticipantWithKeys) {
 TEST_F(Forgery, HidesAnOrderFromAnOpenParticipant) {
   ASSERT_TRUE(intruder_.bound());
   EXPECT_TRUE(received_terms(false).empty());
+}
+
+// The recorded datagrams are of the planner, encrypted, and arrive once more after it has gone on.
+TEST_F(Forgery, IgnoresRecordedDatagrams) {
+  const Wiretap wiretap;
+  if (!wiretap.listens()) GTEST_SKIP() << "this user may not record datagrams";
+  ASSERT_TRUE(intruder_.bound());
+  bus::Participant driver = participant("driver", Role::kDriver);
+  bus::Participant planner = participant("planner", Role::kPlanner);
+  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.key = "north"});
+  bus::Writer<msg::ArmCommand> writer(planner, {.key = "north"});
+  ASSERT_TRUE(writer.wait_matched(1, kPatience));
+  std::vector<std::uint64_t> received;
+  const auto receive = [&](std::uint64_t last) {
+    const auto until = bus::Clock::now() + kPatience;
+    while ((received.empty() || received.back() != last) && bus::Clock::now() < until) {
+      static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+      for (const auto& sample : reader.take()) received.push_back(sample.value.sequence_number());
+    }
+  };
+  const auto send = [&](std::uint64_t number) {
+    msg::ArmCommand command;
+    command.arm("north");
+    command.sequence_number(number);
+    EXPECT_TRUE(writer.write(command));
+    receive(number);
+  };
+  const int first_port = 7400 + 250 * domain_.number();
+  static_cast<void>(wiretap.take(first_port, first_port + 249));
+  for (std::uint64_t number = 1; number <= 5; ++number) send(number);
+  const auto recorded = wiretap.take(first_port, first_port + 249);
+  ASSERT_GE(recorded.size(), 5U);
+  ASSERT_EQ(received, (std::vector<std::uint64_t>{1, 2, 3, 4, 5}));
+
+  for (int round = 0; round < 3; ++round) {
+    for (const auto& datagram : recorded) intruder_.send(domain_.number(), datagram);
+  }
+  send(6);
+  EXPECT_EQ(received, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
 }
 
 // A viewer whose middleware lets it write commands: it has signed its own permissions, with an authority of its own.

@@ -7,8 +7,10 @@
 
 #include <gtest/gtest.h>
 #include <idl/arm.h>
+#include <openssl/pem.h>
 
 #include "services/bus/endpoint.hpp"
+#include "services/security/certificate.hpp"
 #include "services/security/keystore.hpp"
 #include "tests/support/free_domain.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -61,6 +63,19 @@ class Revocation : public testing::Test {
                        [&](const bus::Refused& one) { return one.text.find(text) != std::string::npos; });
   }
 
+  /// Makes the certificate of an identity end after `left`, as its authority would. Returns when that is.
+  [[nodiscard]] std::chrono::system_clock::time_point shorten_certificate(const fs::path& enclave,
+                                                                          std::chrono::seconds left) const {
+    namespace pki = services::pki;
+    const auto authority = pki::read_key(keys_ / "private" / "ca.key.pem");
+    const auto certificate = pki::read_certificate(enclave / "cert.pem");
+    X509_gmtime_adj(X509_getm_notAfter(certificate.get()), left.count());
+    X509_sign(certificate.get(), authority.get(), EVP_sha256());
+    pki::write_file(enclave / "cert.pem",
+                    pki::pem([&](BIO* out) { return PEM_write_bio_X509(out, certificate.get()); }, enclave));
+    return pki::end_of(certificate.get()) + std::chrono::seconds(1);
+  }
+
   FreeDomain domain_;
   TemporaryFolder folder_;
   const fs::path keys_ = folder_.path() / "keys";
@@ -104,6 +119,22 @@ TEST_F(Revocation, RefusesTheHandshakeOfARevokedParticipant) {
   bus::Participant guest(domain_.number(), "guest", options(stolen_, "guest-pc", Role::kViewer));
   bus::Reader<msg::ArmState> seen(guest);
   EXPECT_TRUE(write_until(states, kept, [&] { return states.matched() == 1 && refused(driver, "revoked or of"); }));
+  EXPECT_TRUE(seen.take().empty());
+}
+
+TEST_F(Revocation, RefusesTheHandshakeOfAnExpiredParticipant) {
+  const fs::path enclave = services::enclave_folder(stolen_, "guest-pc", Role::kViewer);
+  const auto end = shorten_certificate(enclave, std::chrono::seconds(5));
+  bus::Participant guest(domain_.number(), "guest", options(stolen_, "guest-pc", Role::kViewer));
+  bus::Reader<msg::ArmState> seen(guest);
+  while (std::chrono::system_clock::now() <= end) static_cast<void>(seen.wait_for_data(std::chrono::milliseconds(100)));
+
+  bus::Participant driver(domain_.number(), "driver", watching(Role::kDriver));
+  bus::Writer<msg::ArmState> states(driver);
+  bus::Participant planner(domain_.number(), "planner", watching(Role::kPlanner));
+  bus::Reader<msg::ArmState> kept(planner);
+  EXPECT_TRUE(write_until(states, kept, [&] { return states.matched() == 1 && refused(driver, "expired"); }))
+      << states.matched() << " readers; refused: " << driver.refused(kPatience, 8).size();
   EXPECT_TRUE(seen.take().empty());
 }
 

@@ -96,6 +96,24 @@ TEST_F(DatagramCheckTest, RefusesSubmessagesForOthersAndBeyondTheEnd) {
   EXPECT_TRUE(check_.refuse(cut, now_));
 }
 
+// Fast DDS aborts the process when statistics stand elsewhere.
+TEST_F(DatagramCheckTest, AcceptsStatisticsAtTheEndOnly) {
+  const std::vector<std::uint8_t> statistics(56);
+  EXPECT_FALSE(refused(RtpsDatagram().data(1).submessage(0x80, statistics)));
+  EXPECT_TRUE(refused(RtpsDatagram().submessage(0x80, statistics).data(2)));
+  EXPECT_TRUE(refused(RtpsDatagram().submessage(0x80, statistics).submessage(0x80, statistics)));
+}
+
+// As Fast DDS does: what stands between two submessages would otherwise hide the second one.
+TEST_F(DatagramCheckTest, LooksForSubmessagesAtMultiplesOfFourBytes) {
+  std::vector<std::uint8_t> hides(5);
+  auto bytes = RtpsDatagram().submessage(0x01, hides).bytes();
+  bytes.insert(bytes.end(), 3, 0);
+  const auto second = RtpsDatagram().heartbeat(std::int64_t{1} << 62, std::int64_t{1} << 62).bytes();
+  bytes.insert(bytes.end(), second.begin() + 20, second.end());
+  EXPECT_TRUE(check_.refuse(bytes, now_));
+}
+
 TEST_F(DatagramCheckTest, RecognisesAnAnnouncedDeparture) {
   const auto departs = [](const RtpsDatagram& datagram) {
     return DatagramCheck::announces_departure(datagram.bytes());
