@@ -118,8 +118,8 @@ def key_text(key):
 
 
 def delivery(qos):
-    words = ["reliable" if qos.get("reliable") == "true" else "best effort"]
-    words += ["kept for late readers"] * ("transient_local" in qos)
+    reliable = "kept" if "transient_local" in qos else "reliable"
+    words = [reliable if qos.get("reliable") == "true" else "best effort"]
     words += ["to its arm only"] * ("partition_per_key" in qos)
     words += [f"{name} {qos[name]}" for name in ("deadline",) if name in qos]
     return ", ".join(words)
