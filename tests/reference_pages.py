@@ -282,8 +282,8 @@ def numbers(text):
 
 
 def range_text(allowed):
-    """The range alone, of a cell like "3 numbers, −100 to 100; not all 0"."""
-    return re.sub(r"\d+ numbers?|multiple of \d+", "", allowed.split(";")[0])
+    """The range alone, of a cell like "3 numbers, ±100; not all 0"."""
+    return re.sub(r"±(\d+)", r"−\1 to \1", re.sub(r"\d+ numbers?|multiple of \d+", "", allowed.split(";")[0]))
 
 
 def too_low(allowed):
