@@ -141,19 +141,13 @@ def topics_parts(root):
 # --- robots.md
 
 
-SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \(0 mm outside, ([\d.]+) times the volume of its "
-                    r"convex hulls\), without cables")
-
-
 def robots_parts(binaries):
     """A table of figures. `hecaton robots ROBOT` says the rest."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
-    figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
+    figures = "| robot | product | joints | reach [m] | payload [kg] |\n|---|---|---|---|---|\n"
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
-        volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
-        figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
-                    f"| {volume[0] if volume else '—'} |\n")
+        figures += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
     return {"robots": figures}
 
 
