@@ -118,8 +118,8 @@ def key_text(key):
 
 
 def delivery(qos):
-    words = ["reliable" if qos.get("reliable") == "true" else "best effort"]
-    words += ["kept for late readers"] * ("transient_local" in qos)
+    reliable = "kept" if "transient_local" in qos else "reliable"
+    words = [reliable if qos.get("reliable") == "true" else "best effort"]
     words += ["to its arm only"] * ("partition_per_key" in qos)
     words += [f"{name} {qos[name]}" for name in ("deadline",) if name in qos]
     return ", ".join(words)
@@ -141,19 +141,13 @@ def topics_parts(root):
 # --- robots.md
 
 
-SHAPES = re.compile(r"collision shapes: ours; they enclose the public 3D model \(0 mm outside, ([\d.]+) times the volume of its "
-                    r"convex hulls\), without cables")
-
-
 def robots_parts(binaries):
     """A table of figures. `hecaton robots ROBOT` says the rest."""
     robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
-    figures = "| robot | product | joints | reach [m] | payload [kg] | volume |\n|---|---|---|---|---|---|\n"
+    figures = "| robot | product | joints | reach [m] | payload [kg] |\n|---|---|---|---|---|\n"
     for robot in robots:
         joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
-        volume = [match[1] for sentence in robot["approximate"] if (match := SHAPES.fullmatch(sentence))]
-        figures += (f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} "
-                    f"| {volume[0] if volume else '—'} |\n")
+        figures += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
     return {"robots": figures}
 
 
@@ -282,8 +276,8 @@ def numbers(text):
 
 
 def range_text(allowed):
-    """The range alone, of a cell like "3 numbers, −100 to 100; not all 0"."""
-    return re.sub(r"\d+ numbers?|multiple of \d+", "", allowed.split(";")[0])
+    """The range alone, of a cell like "3 numbers, ±100; not all 0"."""
+    return re.sub(r"±(\d+)", r"−\1 to \1", re.sub(r"\d+ numbers?|multiple of \d+", "", allowed.split(";")[0]))
 
 
 def too_low(allowed):

@@ -105,7 +105,7 @@ std::string reason_text(const msg::GoalStatus& goal) {
   const bool known = why.find(binding) != std::string::npos;
   if (!known) why += why.empty() ? binding : " (" + binding + ")";
   if (goal.blocked_duration() > 0.0)
-    why += (why.empty() ? "held back for " : ", for ") + duration_text(goal.blocked_duration());
+    why += (why.empty() ? "obstructed for " : ", for ") + duration_text(goal.blocked_duration());
   if (!goal.recovery_action().empty() && !is_final(goal.state()))
     why += (why.empty() ? "" : "; ") + goal.recovery_action();
   if (why.empty() && goal.state() == msg::GoalState::GOAL_BLOCKED) return "its planner has reported no reason";

@@ -99,7 +99,7 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
                  std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold) {
   const std::string& own = geometry.own_arm().name;
   Progress progress;
-  progress.held_back = true;
+  progress.obstructed = true;
   if (result.has_binding) {
     progress.has_binding = true;
     progress.binding_own = geometry.own_name(result.binding);
@@ -127,7 +127,7 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
       progress.recovery_action = "follows a coupled plan with the other arms";
       break;
     case planner::TickStatus::kFollowingRoute:
-      progress.held_back = result.has_binding || goal_progress.stalled();
+      progress.obstructed = result.has_binding || goal_progress.stalled();
       progress.recovery_action = "follows a route around the obstacle";
       break;
     case planner::TickStatus::kYielding:
@@ -136,7 +136,7 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
                                   "arm " + geometry.arms()[result.yields_to].name + " has the right of way");
       break;
     case planner::TickStatus::kHolding:
-      progress.held_back = false;  // by an order or a fault, not by an obstacle
+      progress.obstructed = false;  // by an order or a fault, not by an obstacle
       if (hold) progress.cause = *hold;
       progress.recovery_action = "waits";
       break;
@@ -146,16 +146,16 @@ Progress explain(const planner::TickResult& result, const planner::ProgressMonit
       break;
     case planner::TickStatus::kIdle:
     case planner::TickStatus::kReached:
-      progress.held_back = false;
+      progress.obstructed = false;
       break;
     case planner::TickStatus::kMoving:
       // A short free motion during a search does not end it.
-      progress.held_back = result.has_binding || goal_progress.stalled();
+      progress.obstructed = result.has_binding || goal_progress.stalled();
       progress.recovery_action =
           result.has_binding ? "moves straight to the goal as far as constraints allow" : "moves straight to the goal";
       break;
   }
-  if (progress.held_back && progress.state == msg::GoalState::GOAL_ACTIVE && goal_progress.stalled()) {
+  if (progress.obstructed && progress.state == msg::GoalState::GOAL_ACTIVE && goal_progress.stalled()) {
     progress.state = msg::GoalState::GOAL_BLOCKED;
     char text[64];
     std::snprintf(text, sizeof text, "no path found for %.0f s", goal_progress.time_without_progress());
@@ -183,7 +183,7 @@ void ArrivalCheck::judge(bool set_point_there, const std::optional<std::string>&
   waited_ += dt;
   if (waited_ <= kSettleTime) return;
   progress.state = msg::GoalState::GOAL_BLOCKED;
-  progress.held_back = true;
+  progress.obstructed = true;
   progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm, "the drive does not follow: " + *error);
 }
 
@@ -226,7 +226,7 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
   } else {
     if (period.hold) progress.cause = *period.hold;
     progress.recovery_action = "waits for the driver";
-    progress.held_back = true;
+    progress.obstructed = true;
   }
   if (period.planned) {
     const planner::TrajectoryTracking& tracking = controller.memory().tracking;

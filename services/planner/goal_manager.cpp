@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kStatusPeriod = 100ms;                        // of an active goal
 constexpr auto kTrajectoryTime = 10s;                        // for a client to send the trajectory of its goal again
-constexpr auto kFreeTime = 500ms;                            // of free motion after which an arm is not held back
+constexpr auto kFreeTime = 500ms;                            // of free motion after which an arm is not obstructed
 constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals, to recognise repetitions
 
 msg::Cause cancelled() {
@@ -291,7 +291,7 @@ void GoalManager::progress(const Progress& progress, Clock::time_point now) {
       return end_active(msg::GoalState::GOAL_CANCELLED, msg::Cause(progress.trajectory->left), now);
     }
   }
-  update_hold(progress.held_back, now);
+  update_hold(progress.obstructed, now);
   if (progress.state == msg::GoalState::GOAL_REACHED) {
     add_active_status(msg::GoalState::GOAL_REACHED, {}, now);
     active_.reset();
@@ -309,9 +309,9 @@ void GoalManager::progress(const Progress& progress, Clock::time_point now) {
     add_active_status(progress.state, progress.cause, now);
 }
 
-void GoalManager::update_hold(bool held_back, Clock::time_point now) {
+void GoalManager::update_hold(bool obstructed, Clock::time_point now) {
   Active& active = *active_;
-  if (held_back) {
+  if (obstructed) {
     if (!active.held_since) active.held_since = now;
     active.free_since.reset();
   } else if (active.held_since) {

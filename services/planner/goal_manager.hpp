@@ -29,7 +29,7 @@ struct Progress {
   std::string binding_other;
   double binding_distance = 0.0;                 ///< [m]
   std::string recovery_action;                   ///< for people
-  bool held_back = false;                        ///< the arm does not move freely to the goal
+  bool obstructed = false;                       ///< the arm does not move freely to the goal
   std::uint32_t priority = 0;                    ///< in the right of way
   double distance = 0.0;                         ///< ‖q_goal − q‖ [rad | m]
   std::optional<planner::ToolError> tool_error;  ///< measured, of a pose goal
@@ -160,8 +160,8 @@ class GoalManager {
   /// Takes the trajectory of the active goal, of which this planner knows only that it has one.
   void take_trajectory(const msg::Goal& goal);
   void cancel(const std::string& goal, Clock::time_point now);
-  /// Updates the time since which the arm is held back. A short free motion does not end it.
-  void update_hold(bool held_back, Clock::time_point now);
+  /// Updates the time since which the arm is obstructed. A short free motion does not end it.
+  void update_hold(bool obstructed, Clock::time_point now);
   void add_status(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause);
   void add_active_status(msg::GoalState state, const msg::Cause& cause, Clock::time_point now);
   void end_active(msg::GoalState state, const msg::Cause& cause, Clock::time_point now);

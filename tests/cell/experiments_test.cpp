@@ -89,7 +89,7 @@ TEST(Experiments, ASlowDiscHitsNoArm) {
   EXPECT_GT(report.smallest.distance, 0.0);
 }
 
-// Reacting alone, and looking ahead only when held back, one of these arms was pushed into another's way and hit.
+// Reacting alone, and looking ahead only when obstructed, one of these arms was pushed into another's way and hit.
 TEST(Experiments, WhatCrossesTheCellIsForeseen) {
   planner::Cell cell = config::load_cell_file(std::string(kOfTests) + "four_puma_crossed.yaml").cell;
   for (auto& arm : cell.arms) arm.arm.limits.velocity.setConstant(3.0);

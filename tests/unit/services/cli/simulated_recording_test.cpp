@@ -248,7 +248,7 @@ TEST_F(SimulatedRecording, NamesWhatBindsAnArmThatIsHeldBack) {
     EXPECT_NE(text.find("last moved freely to its goal"), std::string::npos) << text;
     return;
   }
-  FAIL() << "no arm was held back: choose another seed";
+  FAIL() << "no arm was obstructed: choose another seed";
 }
 
 // Old states make a planner wait, and it says so.

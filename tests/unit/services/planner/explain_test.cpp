@@ -62,13 +62,13 @@ TEST_F(ExplainTest, HasKindAndSubjectOfEveryCause) {
 
 TEST_F(ExplainTest, IsHeldBackUnlessItMovesFreely) {
   result_.yields_to = 1;
-  EXPECT_FALSE(explained(TickStatus::kMoving).held_back);
-  EXPECT_FALSE(explained(TickStatus::kFollowingRoute).held_back);
-  EXPECT_FALSE(explained(TickStatus::kReached).held_back);
-  EXPECT_FALSE(explained(TickStatus::kHolding).held_back) << "held by an order";
+  EXPECT_FALSE(explained(TickStatus::kMoving).obstructed);
+  EXPECT_FALSE(explained(TickStatus::kFollowingRoute).obstructed);
+  EXPECT_FALSE(explained(TickStatus::kReached).obstructed);
+  EXPECT_FALSE(explained(TickStatus::kHolding).obstructed) << "held by an order";
   for (const TickStatus status :
        {TickStatus::kFollowingBoundary, TickStatus::kDetouring, TickStatus::kYielding, TickStatus::kBlocked}) {
-    EXPECT_TRUE(explained(status).held_back) << static_cast<int>(status);
+    EXPECT_TRUE(explained(status).obstructed) << static_cast<int>(status);
   }
 }
 
@@ -84,7 +84,7 @@ TEST_F(ExplainTest, HasTheBindingPairAndItsDistance) {
 
 TEST_F(ExplainTest, IsHeldBackWithABindingPair) {
   bind();
-  EXPECT_TRUE(explained(TickStatus::kMoving).held_back);
+  EXPECT_TRUE(explained(TickStatus::kMoving).obstructed);
 }
 
 TEST_F(ExplainTest, NamesTheJointLimitsWithoutABindingPair) {
@@ -101,7 +101,7 @@ TEST_F(ExplainTest, IsBlockedAfterTheStallTimeout) {
   goal_progress_.note(0.99, 1.0);
   EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "no path found for 11 s");
-  EXPECT_TRUE(explained(TickStatus::kMoving).held_back) << "a short free motion";
+  EXPECT_TRUE(explained(TickStatus::kMoving).obstructed) << "a short free motion";
   goal_progress_.note(0.5, 1.0);
   EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE);
 }

@@ -62,10 +62,10 @@ class GoalManagerTest : public testing::Test {
 TEST_F(GoalManagerTest, ReportsTheBlockedDuration) {
   send_and_accept(goal("a"));
   (void)statuses();
-  const auto held_for = [this](bool held_back, GoalManager::Clock::duration later) {
+  const auto held_for = [this](bool obstructed, GoalManager::Clock::duration later) {
     now_ += later;
     Progress progress = in(msg::GoalState::GOAL_ACTIVE);
-    progress.held_back = held_back;
+    progress.obstructed = obstructed;
     goals_.progress(progress, now_);
     (void)statuses();
     return statuses_.back().blocked_duration();
