@@ -26,7 +26,7 @@ pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd) # recordings
 find_package(ZLIB REQUIRED)
-find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto SSL)
 
 # The off-line stage of motion strategies is a program and a package of its own: hecaton-strategies.
 pkg_check_modules(NLOPT IMPORTED_TARGET nlopt_cxx)

@@ -99,7 +99,7 @@ ONLY_IN = {
     r"^libqhull": ["planner/model/convex_hull"],
     r"^nlopt": ["planner/strategy_search/search"],
     r"^mpi\.h$": ["services/strategies/search_execution"],
-    r"^boost/": ["planner/strategy_search/evaluate", "services/view/web_server", "tests/unit/services/view/"],
+    r"^boost/": ["planner/strategy_search/evaluate", "services/view/web_", "tests/unit/services/view/"],
     r"^(zlib|zstd)\.h$": ["services/recorder/mcap_", "tests/unit/services/recorder/"],
     r"^yaml-cpp/": ["services/config/"],
     r"^(fastdds|fastrtps)/": ["services/bus/", "tests/unit/services/bus/", "tests/cell/bus_"],

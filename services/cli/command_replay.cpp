@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@
 #include "services/replay/explain.hpp"
 #include "services/replay/replay_service.hpp"
 #include "services/replay/verification.hpp"
+#include "services/view/web_protection.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -56,14 +58,16 @@ ExitCode run_replay(const Options& options) {
   replay.seek(time_in(*recording, options.at, "--at"));
   const ShutdownSignal shutdown(ShutdownSignal::Second::kEndsProcess);
   try {
-    replay::ReplayService service(recording->files, replay, options.listen, static_cast<std::uint16_t>(options.port),
-                                  shutdown);
     config::View address;
     address.listen = options.listen;
+    const std::optional<WebProtection> protection = protection_of(address);
+    replay::ReplayService service(recording->files, replay, options.listen, static_cast<std::uint16_t>(options.port),
+                                  protection, shutdown);
     address.port = service.port();
     std::fprintf(stderr, "replaying %s of cell %s; Ctrl-C ends it\n", duration_text(recording->length()).c_str(),
                  recording->files.cell.cell.name.c_str());
-    std::cout << config::view_url(address, 0) << std::endl;
+    if (const auto note = certificate_note(protection)) std::fprintf(stderr, "%s\n", note->c_str());
+    std::cout << admitting_url(config::view_url(address, 0), protection) << std::endl;
     service.run();
   } catch (const std::runtime_error& error) {
     throw Failure(ExitCode::kBadInput, error.what());

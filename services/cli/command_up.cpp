@@ -139,9 +139,10 @@ class Run {
         const msg::Cause& cause = node.heartbeat().cause();
         const std::string url = config::view_url(file_.view.value_or(config::View{}), domain_);
         display_.line(is_none(cause) ? "its page: " + url : "no page: " + cause.text());
-        if (is_none(cause) && file_.view && file_.view->control) {
+        if (is_none(cause) && file_.view && (file_.view->control || config::is_reachable_by_others(*file_.view))) {
           const RunName run{file_.cell.name, domain_, file_.view->host};
-          display_.line("to control the cell, open the address in " + (run_path(run) / kViewTokenFile).string());
+          display_.line(std::string("to ") + (file_.view->control ? "control" : "see") +
+                        " the cell, open the address in " + (run_path(run) / kViewTokenFile).string());
         }
         return;
       }

@@ -21,6 +21,8 @@ struct Options {
   std::optional<std::uint64_t> port;
   bool control = false;
   bool no_stop = false;
+  std::string certificate;
+  std::string key;
   std::vector<std::string> origins;
 };
 
@@ -36,6 +38,9 @@ ExitCode become_view(const Settings& settings, const Options& options) {
   if (options.port) words.insert(words.end(), {"--port", std::to_string(*options.port)});
   if (options.control) words.emplace_back("--control");
   if (options.no_stop) words.emplace_back("--no-stop");
+  if (!options.certificate.empty()) {
+    words.insert(words.end(), {"--certificate", options.certificate, "--key", options.key});
+  }
   for (const std::string& origin : options.origins) words.insert(words.end(), {"--allow-origin", origin});
   become("hecaton-view", std::move(words));
 }
@@ -59,16 +64,26 @@ void add_view(CLI::App& app, Session& session) {
           "origin of further pages that may connect as Foxglove does, http://vis.example:8080; may be repeated")
       ->type_name("ORIGIN")
       ->allow_extra_args(false);
+  CLI::Option* certificate =
+      command
+          ->add_option(
+              "--certificate", options->certificate,
+              "certificate of a page that other machines can reach, PEM (the cell file's, or one that the view "
+              "makes itself)")
+          ->type_name("FILE");
+  certificate->needs(
+      command->add_option("--key", options->key, "its private key, PEM")->type_name("FILE")->needs(certificate));
   command->add_flag("--control", options->control,
                     "one page at a time holds, resumes, stops, gives goals and edits obstacles, with the token in the "
                     "printed address; in a secured cell it needs an identity of the role operator");
   command->add_flag("--no-stop", options->no_stop, "pages without control cannot stop the cell");
   command->footer(
       "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
-      "function. Without --control a page gives no other order, and has no password. With --listen, any program on "
-      "that network can read the cell's states and stop the cell. The connection is not encrypted: such a program can "
-      "also read the token. Foxglove and Lichtblick open the same address with ws:// in place of http://; with "
-      "/?token=TOKEN behind it they hold, resume and stop.");
+      "function. Without --control a page gives no other order. With --listen ADDRESS other machines can open the "
+      "printed address: the connection is encrypted, and only who has its token sees the cell and can stop it. "
+      "Foxglove "
+      "and Lichtblick open the same address with ws:// in place of http:// (wss:// of https://); with /?token=TOKEN "
+      "behind it they hold, resume and stop.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

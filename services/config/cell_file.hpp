@@ -113,6 +113,8 @@ struct View {
   std::optional<int> port;           ///< 1 to 65535; empty: view_port()
   bool control = false;              ///< one page at a time, with the token, gives orders
   bool no_stop = false;              ///< pages without control cannot stop the cell
+  std::string certificate;           ///< path, PEM, with its chain; empty: one that the view makes itself
+  std::string key;                   ///< path, PEM, of `certificate`
 };
 
 /// `record`: the service hecaton-recorder. It keeps the last minutes of the cell, and what was before and after a
@@ -130,6 +132,9 @@ struct Record {
 [[nodiscard]] constexpr int view_port(int domain) {
   return 8000 + domain;
 }
+
+/// Other machines can connect to a page at this IPv4 address, so it is encrypted and asks for a token.
+[[nodiscard]] bool is_reachable_by_others(const View& view);
 
 /// What a user of that host types into a browser: "http://127.0.0.1:8042/". `domain`: of DDS.
 [[nodiscard]] std::string view_url(const View& view, int domain);

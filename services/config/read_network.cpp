@@ -245,9 +245,14 @@ std::string read_keystore(const MapView& root) {
   return beside(keystore.file(), keystore.text());
 }
 
+bool is_reachable_by_others(const View& view) {
+  return !view.listen.starts_with("127.");
+}
+
 std::string view_url(const View& view, int domain) {
   const std::string host = view.listen == "0.0.0.0" ? "localhost" : view.listen;
-  return "http://" + host + ":" + std::to_string(view.port.value_or(view_port(domain))) + "/";
+  return (is_reachable_by_others(view) ? "https://" : "http://") + host + ":" +
+         std::to_string(view.port.value_or(view_port(domain))) + "/";
 }
 
 std::optional<View> read_view(const MapView& root, const std::vector<Host>& hosts) {
@@ -260,6 +265,12 @@ std::optional<View> read_view(const MapView& root, const std::vector<Host>& host
   if (const auto port = map.find("port")) view.port = port->integer(1, 65535);
   read_boolean(map, "control", view.control);
   read_boolean(map, "no_stop", view.no_stop);
+  const auto certificate = map.find("certificate");
+  const auto key = map.find("key");
+  if (certificate) view.certificate = beside(certificate->file(), certificate->text());
+  if (key) view.key = beside(key->file(), key->text());
+  if (certificate && !key) map.fail("key", "none", "the file of the private key of `certificate`");
+  if (key && !certificate) map.fail("certificate", "none", "the file of the certificate of `key`");
   return view;
 }
 

@@ -20,8 +20,8 @@
 #include "services/picture/standing_cell.hpp"
 #include "services/replay/replay_service.hpp"
 #include "services/runtime/temporary_folder.hpp"
-#include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
+#include "services/view/token_file.hpp"
 
 namespace hecaton::services::picture {
 namespace {

@@ -14,10 +14,12 @@ constexpr auto kPlaybackPeriod = 33ms;
 /// A machine that was suspended, or a slow seek, does not make the replay leap.
 constexpr bus::Clock::duration kLongestStep = 100ms;
 
-WebServerOptions web_options(const std::string& listen, std::uint16_t port, CommandQueue& commands) {
+WebServerOptions web_options(const std::string& listen, std::uint16_t port,
+                             const std::optional<WebProtection>& protection, CommandQueue& commands) {
   WebServerOptions web;
   web.address = listen;
   web.port = port;
+  protect(web, protection);
   web.received = [&commands](const WebClient&, std::string_view message) { commands.push(message); };
   return web;
 }
@@ -40,10 +42,10 @@ std::vector<std::string> CommandQueue::take() {
 }
 
 ReplayService::ReplayService(const RecordedFiles& files, Replay& replay, const std::string& listen, std::uint16_t port,
-                             const ShutdownSignal& shutdown)
+                             const std::optional<WebProtection>& protection, const ShutdownSignal& shutdown)
     : replay_(replay),
       loop_(kLoopPeriod, shutdown),
-      page_(replay, files.cell, files.drawings, web_options(listen, port, commands_)) {
+      page_(replay, files.cell, files.drawings, web_options(listen, port, protection, commands_)) {
   page_.publish(Channel::kRecording, replay_.recording_json());
 }
 

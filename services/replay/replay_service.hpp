@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "services/runtime/periodic_loop.hpp"
 #include "services/runtime/shutdown.hpp"
 #include "services/view/page_server.hpp"
+#include "services/view/web_protection.hpp"
 
 namespace hecaton::services::replay {
 
@@ -36,7 +38,7 @@ class ReplayService {
   /// Listens from now on. The references must outlive it. Throws std::runtime_error with a sentence when the address
   /// cannot be used.
   ReplayService(const RecordedFiles& files, Replay& replay, const std::string& listen, std::uint16_t port,
-                const ShutdownSignal& shutdown);
+                const std::optional<WebProtection>& protection, const ShutdownSignal& shutdown);
 
   /// Returns when `shutdown` was requested. Throws recorder::RecordingError when a file has changed.
   void run();

@@ -48,6 +48,14 @@ GuidBeginning beginning_of_subject(const X509_NAME* subject, const fs::path& fil
   return beginning;
 }
 
+bool add_extension(X509* certificate, int kind, const char* value) {
+  X509V3_CTX context;
+  X509V3_set_ctx(&context, certificate, certificate, nullptr, nullptr, 0);
+  const std::unique_ptr<X509_EXTENSION, Free<X509_EXTENSION_free>> extension(
+      X509V3_EXT_conf_nid(nullptr, &context, kind, value));
+  return extension != nullptr && X509_add_ext(certificate, extension.get(), -1) == 1;
+}
+
 constexpr std::size_t kSerialBytes = 14;
 
 /// A GuidBeginning, which has its first bit set, and 64 random bits.
@@ -154,7 +162,7 @@ Certificate read_certificate(const fs::path& file) {
 }
 
 Certificate new_certificate(const fs::path& file, EVP_PKEY* key, const std::string& name, X509* issuer,
-                            EVP_PKEY* issuer_key, std::chrono::days validity) {
+                            EVP_PKEY* issuer_key, std::chrono::days validity, const std::string& addresses) {
   Certificate made(X509_new());
   X509* const one = made.get();
   bool done = X509_set_version(one, 2) == 1;
@@ -166,12 +174,10 @@ Certificate new_certificate(const fs::path& file, EVP_PKEY* key, const std::stri
   done = done && set_serial(one, beginning_of_subject(subject, file));
   done = done && X509_set_issuer_name(one, issuer == nullptr ? subject : X509_get_subject_name(issuer)) == 1;
   done = done && X509_set_pubkey(one, key) == 1;
-  X509V3_CTX context;
-  X509V3_set_ctx(&context, issuer == nullptr ? one : issuer, one, nullptr, nullptr, 0);
-  const char* const kind = issuer == nullptr ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE";
-  const std::unique_ptr<X509_EXTENSION, Free<X509_EXTENSION_free>> constraints(
-      X509V3_EXT_conf_nid(nullptr, &context, NID_basic_constraints, kind));
-  done = done && constraints != nullptr && X509_add_ext(one, constraints.get(), -1) == 1;
+  const bool of_authority = issuer == nullptr && addresses.empty();
+  done = done &&
+         add_extension(one, NID_basic_constraints, of_authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE");
+  done = done && (addresses.empty() || add_extension(one, NID_subject_alt_name, addresses.c_str()));
   done = done && X509_sign(one, issuer_key, EVP_sha256()) > 0;
   if (!done) fail(file, "no certificate can be made");
   write_file(file, pem([&](BIO* bio) { return PEM_write_bio_X509(bio, one); }, file));

@@ -51,10 +51,12 @@ void write_file(const std::filesystem::path& file, std::string_view content);
 [[nodiscard]] Key new_key(const std::filesystem::path& file);
 [[nodiscard]] Key read_key(const std::filesystem::path& file);
 
-/// Makes a certificate of `key` and writes it; `issuer` null: signed by itself, for an authority. Its serial number
-/// begins with the GuidBeginning of its subject.
+/// Makes a certificate of `key` and writes it; `issuer` null: signed by itself. Its serial number begins with the
+/// GuidBeginning of its subject. `addresses`, "DNS:left-pc,IP:10.0.0.2": of a server; empty: of an authority when it is
+/// signed by itself, otherwise of an identity.
 [[nodiscard]] Certificate new_certificate(const std::filesystem::path& file, EVP_PKEY* key, const std::string& name,
-                                          X509* issuer, EVP_PKEY* issuer_key, std::chrono::days validity);
+                                          X509* issuer, EVP_PKEY* issuer_key, std::chrono::days validity,
+                                          const std::string& addresses = {});
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
 /// The GuidBeginning of an identity with this name. `file` is for the sentence of a failure.
 [[nodiscard]] GuidBeginning beginning_of(const std::string& name, const std::filesystem::path& file);

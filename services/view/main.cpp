@@ -25,12 +25,19 @@ struct Options {
   std::optional<int> port;
   services::ViewOrders orders;
   bool no_stop = false;
+  std::string certificate;
+  std::string key;
   std::vector<std::string> origins;
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--listen", options.listen,
                  "IPv4 address of the page (the cell file's, or 127.0.0.1: this host alone)");
+  CLI::Option* certificate =
+      app.add_option("--certificate", options.certificate,
+                     "certificate of a page that other machines can reach, PEM (the cell file's, "
+                     "or one that the view makes itself)");
+  certificate->needs(app.add_option("--key", options.key, "its private key, PEM")->needs(certificate));
   app.add_option("--port", options.port, "port of the page, 0: a free one (the cell file's, or 8000 + DDS domain)");
   app.add_flag("--control", options.orders.control,
                "one page at a time gives orders, with the token in the address that is printed; in a secured cell this "
@@ -60,6 +67,10 @@ config::View view_of(const config::CellFile& file, const std::string& host, cons
                                std::to_string(kHighestPort));
     }
     view.port = *options.port;
+  }
+  if (!options.certificate.empty()) {
+    view.certificate = options.certificate;
+    view.key = options.key;
   }
   return view;
 }

@@ -6,6 +6,7 @@
 
 #include "services/config/text.hpp"
 #include "services/runtime/log.hpp"
+#include "services/view/token_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -88,16 +89,6 @@ std::string with_warning(const std::string& sentence, const Receipt& receipt) {
 }
 
 }  // namespace
-
-bool same_token(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  volatile unsigned char difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference =
-        static_cast<unsigned char>(difference | (static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i])));
-  }
-  return difference == 0;
-}
 
 Orders::Orders(const config::CellFile& file, OrderOptions options, std::shared_ptr<client::Connection> connection)
     : file_(file), options_(std::move(options)), connection_(std::move(connection)) {

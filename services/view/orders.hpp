@@ -38,9 +38,6 @@ namespace hecaton::services {
 /// The page sends a message each two seconds while it controls.
 inline constexpr std::chrono::seconds kControlLease{10};
 
-/// Takes the same time for all tokens of the same length.
-[[nodiscard]] bool same_token(std::string_view a, std::string_view b);
-
 struct OrderOptions {
   bool stop = true;        ///< pages without control may stop the cell
   std::string token;       ///< of the page that controls; empty: no page may control

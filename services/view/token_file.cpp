@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::size_t kTokenBytes = 32;
 constexpr std::string_view kDigits = "0123456789abcdef";
-constexpr std::string_view kBeforeToken = "#token=";
 constexpr mode_t kOwnerOnly = 0600;
 
 /// A file descriptor.
@@ -55,7 +54,17 @@ std::string random_token() {
   return token;
 }
 
-std::optional<std::string> token_in_file(const std::filesystem::path& path) {
+bool same_token(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  volatile unsigned char difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    difference =
+        static_cast<unsigned char>(difference | (static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i])));
+  }
+  return difference == 0;
+}
+
+std::optional<std::string> token_in_file(const std::filesystem::path& path, std::string_view marker) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
   struct stat about {};
   if (file.number() < 0 || ::fstat(file.number(), &about) != 0 || !S_ISREG(about.st_mode) ||
@@ -65,9 +74,9 @@ std::optional<std::string> token_in_file(const std::filesystem::path& path) {
   std::array<char, 512> bytes{};
   const ssize_t count = ::read(file.number(), bytes.data(), bytes.size());
   const std::string_view text(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-  const std::size_t at = text.find(kBeforeToken);
+  const std::size_t at = text.find(marker);
   if (at == std::string_view::npos) return std::nullopt;
-  const std::string_view token = text.substr(at + kBeforeToken.size(), 2 * kTokenBytes);
+  const std::string_view token = text.substr(at + marker.size(), 2 * kTokenBytes);
   if (token.size() != 2 * kTokenBytes || token.find_first_not_of(kDigits) != std::string_view::npos)
     return std::nullopt;
   return std::string(token);

@@ -10,6 +10,7 @@
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_folder.hpp"
+#include "services/view/token_file.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -45,14 +46,15 @@ std::unique_ptr<Orders> make_orders(const config::CellFile& file, const ServiceO
 }
 
 /// Of a service of an agent, which has a folder of the run. Empty: it shall have no token.
-std::filesystem::path token_file(const ServiceOptions& options, const ViewOrders& wanted) {
-  if (!wanted.control || options.heartbeat_fd < 0 || options.checkpoint.empty()) return {};
+std::filesystem::path token_file(const ServiceOptions& options, const config::View& view, const ViewOrders& wanted) {
+  const bool has_tokens = wanted.control || config::is_reachable_by_others(view);
+  if (!has_tokens || options.heartbeat_fd < 0 || options.checkpoint.empty()) return {};
   return std::filesystem::path(options.checkpoint).replace_filename(kViewTokenFile);
 }
 
-std::string make_token(const std::filesystem::path& file, const ViewOrders& wanted) {
-  if (!wanted.control) return {};
-  return file.empty() ? random_token() : token_in_file(file).value_or(random_token());
+/// The one that the view had before its restart, otherwise a new one.
+std::string make_token(const std::filesystem::path& file, std::string_view marker) {
+  return file.empty() ? random_token() : token_in_file(file, marker).value_or(random_token());
 }
 
 }  // namespace
@@ -67,13 +69,15 @@ ViewService::ViewService(const config::CellFile& file, const ServiceOptions& opt
       drawings_(file),
       feed_(file, participant_, mailbox_),
       foxglove_(feed_, file, drawings_, {std::move(foxglove_origins), foxglove_orders()}),
-      token_file_(token_file(options, orders)),
-      token_(make_token(token_file_, orders)),
+      token_file_(token_file(options, view, orders)),
+      token_(orders.control ? make_token(token_file_, kControlMarker) : std::string()),
+      protection_(protection_of(view, make_token(token_file_, kWatchMarker))),
       orders_(make_orders(file, options, orders, token_)) {
   if (orders.control) preview_.emplace(file.cell);
   web_.received = [this](const WebClient& page, std::string_view message) { orders_->received(page, message); };
   web_.left = [this](const WebClient& page) { orders_->left(page); };
   web_.protocol = foxglove_.protocol();
+  protect(web_, protection_, token_);
   if (options.heartbeat_fd >= 0) {
     const NodeIdentity identity{view_node(), msg::NodeKind::NODE_OTHER, "", view.host};
     heartbeat_.emplace(participant_, identity, heartbeat_timing(file, options));
@@ -103,8 +107,9 @@ std::string ViewService::url() const {
   return config::view_url(listening, file_.network.domain);
 }
 
-std::string ViewService::control_url() const {
-  return token_.empty() ? url() : url() + "#token=" + token_;
+std::string ViewService::url_with_tokens() const {
+  const std::string admitting = admitting_url(url(), protection_);
+  return token_.empty() ? admitting : admitting + std::string(kControlMarker) + token_;
 }
 
 void ViewService::run() {
@@ -140,13 +145,16 @@ void ViewService::listen(bus::Clock::time_point now) {
   try {
     auto server = std::make_unique<PageServer>(feed_, file_, drawings_, web_);
     web_.port = server->port();
-    if (!token_file_.empty()) write_token_file(token_file_, control_url());
+    if (!token_file_.empty()) write_token_file(token_file_, url_with_tokens());
     server_ = std::move(server);
     orders_->announce_control();
     log_info("view started", {{"url", url()}});
     if (!token_file_.empty()) log_info("address with token written", {{"file", token_file_.string()}});
     refusal_.reset();
-    if (!heartbeat_) std::cout << control_url() << std::endl;
+    const auto note = certificate_note(protection_);
+    if (note) log_info("the page signs its certificate itself", {{"fingerprint", protection_->fingerprint}});
+    if (!heartbeat_) std::cout << url_with_tokens() << std::endl;
+    if (!heartbeat_ && note) std::cerr << *note << std::endl;
   } catch (const std::runtime_error& error) {
     if (!heartbeat_) throw;
     if (!refusal_) log_warning("the page cannot be served yet", {{"reason", error.what()}});

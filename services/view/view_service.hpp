@@ -18,6 +18,7 @@
 #include "services/view/live_feed.hpp"
 #include "services/view/orders.hpp"
 #include "services/view/page_server.hpp"
+#include "services/view/web_protection.hpp"
 
 namespace hecaton::services {
 
@@ -31,9 +32,10 @@ class ViewService {
  public:
   /// Joins the cell and listens. `file` and `shutdown` must outlive it. Throws std::runtime_error with a sentence, also
   /// when the address cannot be used. As a service of an agent it reports that in its heartbeats instead, and run()
-  /// tries again each second. With control it then writes its address with the token to a file of the run, never to its
-  /// output or log; a restarted service keeps its token. In a secured cell orders need an identity of the role
-  /// operator. Without it the pages only show the cell; a view that a person starts with control throws.
+  /// tries again each second. With tokens it then writes its address to a file of the run, never to its output or log;
+  /// a restarted service keeps its tokens. A page that other machines can reach is encrypted and has a token. In a
+  /// secured cell orders need an identity of the role operator. Without it the pages only show the cell; a view that a
+  /// person starts with control throws.
   ViewService(const config::CellFile& file, const ServiceOptions& options, const config::View& view,
               const ViewOrders& orders, std::vector<std::string> foxglove_origins, const ShutdownSignal& shutdown);
 
@@ -42,8 +44,8 @@ class ViewService {
 
   /// "http://127.0.0.1:8042/"
   [[nodiscard]] std::string url() const;
-  /// The address with the token of control, which browsers do not send in requests; as url() without control.
-  [[nodiscard]] std::string control_url() const;
+  /// The address with its tokens. Browsers send none of control in requests. As url() when no token is needed.
+  [[nodiscard]] std::string url_with_tokens() const;
 
  private:
   /// Those of clients that have shown the token go to orders_.
@@ -62,8 +64,9 @@ class ViewService {
   view::Drawings drawings_;
   LiveFeed feed_;
   foxglove::CellServer foxglove_;
-  std::filesystem::path token_file_;  // of a service of an agent with control; empty: none
+  std::filesystem::path token_file_;  // of a service of an agent with tokens; empty: none
   std::string token_;                 // of control; empty: no page may control
+  std::optional<WebProtection> protection_;
   std::unique_ptr<Orders> orders_;
   std::optional<GoalPreview> preview_;  // of a view that has control
   std::unique_ptr<PageServer> server_;  // calls orders_. Empty: the address is in use

@@ -15,8 +15,11 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
+#include <boost/beast/core/detect_ssl.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+
+#include "services/view/web_stream.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -25,7 +28,6 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using tcp = asio::ip::tcp;
 using Error = beast::error_code;
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
@@ -36,6 +38,8 @@ constexpr const char* kLivePath = "/live";
 /// Of the sub-protocol; a token may follow the second one.
 constexpr std::string_view kProtocolTarget = "/";
 constexpr std::string_view kTokenTarget = "/?token=";
+/// Of the page, with the token that admits to it.
+constexpr std::string_view kWatchTarget = "/?watch=";
 constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
 constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
 constexpr std::size_t kMostUnread = 64;             // messages to one client
@@ -65,12 +69,11 @@ bool is_own_host(std::string_view host) {
 }
 
 /// A browser sends the Origin of the page that opens a WebSocket; other programs send none.
-bool is_same_origin(const Request& request) {
+bool is_same_origin(const Request& request, std::string_view scheme) {
   const auto origin = request.find(http::field::origin);
   if (origin == request.end()) return true;
   const std::string_view text = view_of(origin->value());
-  constexpr std::string_view kScheme = "http://";
-  return text.starts_with(kScheme) && text.substr(kScheme.size()) == view_of(request[http::field::host]);
+  return text.starts_with(scheme) && text.substr(scheme.size()) == view_of(request[http::field::host]);
 }
 
 bool is_protocol_target(std::string_view target) {
@@ -79,6 +82,19 @@ bool is_protocol_target(std::string_view target) {
 
 std::string token_in(std::string_view target) {
   return std::string(target.starts_with(kTokenTarget) ? target.substr(kTokenTarget.size()) : std::string_view());
+}
+
+/// The value of this cookie; empty: the browser sends none.
+std::string_view cookie_in(const Request& request, std::string_view name) {
+  std::string_view cookies = view_of(request[http::field::cookie]);
+  while (!cookies.empty()) {
+    const std::string_view cookie = cookies.substr(0, cookies.find(';'));
+    cookies.remove_prefix(std::min(cookies.size(), cookie.size() + 1));
+    const std::string_view pair = cookie.substr(std::min(cookie.size(), cookie.find_first_not_of(' ')));
+    const std::size_t equals = pair.find('=');
+    if (equals != std::string_view::npos && pair.substr(0, equals) == name) return pair.substr(equals + 1);
+  }
+  return {};
 }
 
 /// The first of `names` that the client offers; empty: none.
@@ -99,13 +115,24 @@ Response answer(const Request& request, http::status status, std::string body) {
   return response;
 }
 
+Response moved(const Request& request, http::status status, const std::string& address) {
+  Response response = answer(request, status, "The page is at " + address + "\n");
+  response.set(http::field::location, address);
+  return response;
+}
+
+/// Browsers send cookies to all ports of a host.
+std::string cookie_name(std::uint16_t port) {
+  return "hecaton_" + std::to_string(port);
+}
+
 /// State that the thread of the server owns, unless a member says otherwise.
 struct Shared;
 
 /// One WebSocket. It keeps itself alive as long as an operation is under way.
 class LiveClient : public std::enable_shared_from_this<LiveClient> {
  public:
-  LiveClient(tcp::socket socket, Shared& shared);
+  LiveClient(WebStream stream, Shared& shared);
   void accept(Request request);
   void offer(std::size_t channel, const Message& message);
   void send(const Message& message);
@@ -118,7 +145,7 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
   void write(Message message);
   void leave();
 
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<WebStream> stream_;
   Shared& shared_;
   WebClient who_;
   Request request_;
@@ -132,7 +159,7 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
 /// One WebSocket of the sub-protocol. It keeps itself alive as long as an operation is under way.
 class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
  public:
-  ProtocolClient(tcp::socket socket, Shared& shared);
+  ProtocolClient(WebStream stream, Shared& shared);
   void accept(Request request, const std::string& name);
   void close() { beast::get_lowest_layer(stream_).close(); }
 
@@ -143,7 +170,7 @@ class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
   void end(const std::string& reason);
   void leave();
 
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<WebStream> stream_;
   Shared& shared_;
   WebClient who_;
   Request request_;
@@ -161,15 +188,21 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   ~HttpConnection();
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
-  void read();
+  void begin();
 
  private:
+  void begin_tls();
+  void read();
   void respond();
   bool upgrade();
   [[nodiscard]] Response response() const;
+  [[nodiscard]] Response file(std::string_view target) const;
+  [[nodiscard]] bool is_admitted() const;
+  void close() { stream_.next_layer().close(); }
 
-  beast::tcp_stream stream_;
+  WebStream stream_;
   Shared& shared_;
+  bool unencrypted_ = false;  // where only TLS is spoken
   beast::flat_buffer incoming_;
   std::optional<http::request_parser<http::string_body>> parser_;
   Request request_;
@@ -178,6 +211,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
 struct Shared {
   WebServerOptions options;
+  std::uint16_t port = 0;
+  std::optional<asio::ssl::context> tls;  // empty: connections are not encrypted
   Messages newest;
   std::set<std::shared_ptr<LiveClient>> clients;
   std::set<std::shared_ptr<ProtocolClient>> protocol_clients;
@@ -197,8 +232,8 @@ WebClient next_client(Shared& shared, const tcp::socket& socket) {
 
 // --- LiveClient
 
-LiveClient::LiveClient(tcp::socket socket, Shared& shared)
-    : stream_(std::move(socket)),
+LiveClient::LiveClient(WebStream stream, Shared& shared)
+    : stream_(std::move(stream)),
       shared_(shared),
       who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
 
@@ -272,8 +307,8 @@ void LiveClient::leave() {
 
 // --- ProtocolClient
 
-ProtocolClient::ProtocolClient(tcp::socket socket, Shared& shared)
-    : stream_(std::move(socket)),
+ProtocolClient::ProtocolClient(WebStream stream, Shared& shared)
+    : stream_(std::move(stream)),
       shared_(shared),
       who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
 
@@ -363,33 +398,62 @@ HttpConnection::~HttpConnection() {
   --shared_.connections;
 }
 
+void HttpConnection::begin() {
+  if (!shared_.tls) return read();
+  stream_.next_layer().expires_after(kRequestTimeout);
+  beast::async_detect_ssl(stream_.next_layer(), incoming_, [self = shared_from_this()](Error error, bool encrypted) {
+    if (error) return self->close();
+    self->unencrypted_ = !encrypted;
+    if (encrypted) return self->begin_tls();
+    self->read();
+  });
+}
+
+void HttpConnection::begin_tls() {
+  stream_.begin_tls(*shared_.tls, incoming_.data(), [self = shared_from_this()](Error error, std::size_t used) {
+    if (error) return self->close();
+    self->incoming_.consume(used);
+    self->read();
+  });
+}
+
 void HttpConnection::read() {
   parser_.emplace();
   parser_->body_limit(kLongestRequest);
   parser_->header_limit(kLongestRequest);
-  stream_.expires_after(kRequestTimeout);
+  stream_.next_layer().expires_after(kRequestTimeout);
   http::async_read(stream_, incoming_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
-    if (error) return self->stream_.close();
+    if (error) return self->close();
     self->request_ = self->parser_->release();
     self->respond();
   });
 }
 
+/// A browser keeps the token of the address in a cookie; Foxglove has it in the address of its WebSocket.
+bool HttpConnection::is_admitted() const {
+  const auto& admits = shared_.options.admits;
+  return !admits || admits(cookie_in(request_, cookie_name(shared_.port))) ||
+         admits(token_in(view_of(request_.target())));
+}
+
 /// False: the request is none for a WebSocket, or it is refused.
 bool HttpConnection::upgrade() {
-  if (!websocket::is_upgrade(request_) || !is_own_host(view_of(request_[http::field::host]))) return false;
-  const bool own_page = is_same_origin(request_);
+  if (unencrypted_ || !websocket::is_upgrade(request_) || !is_own_host(view_of(request_[http::field::host])) ||
+      !is_admitted()) {
+    return false;
+  }
+  const bool own_page = is_same_origin(request_, shared_.tls ? "https://" : "http://");
   if (request_.target() == kLivePath && own_page) {
-    stream_.expires_never();
-    std::make_shared<LiveClient>(stream_.release_socket(), shared_)->accept(std::move(request_));
+    stream_.next_layer().expires_never();
+    std::make_shared<LiveClient>(std::move(stream_), shared_)->accept(std::move(request_));
     return true;
   }
   const WebProtocol& protocol = shared_.options.protocol;
   const std::string name = offered(request_, protocol.names);
   if (!is_protocol_target(view_of(request_.target())) || name.empty()) return false;
   if (!own_page && !protocol.allows(view_of(request_[http::field::origin]))) return false;
-  stream_.expires_never();
-  std::make_shared<ProtocolClient>(stream_.release_socket(), shared_)->accept(std::move(request_), name);
+  stream_.next_layer().expires_never();
+  std::make_shared<ProtocolClient>(std::move(stream_), shared_)->accept(std::move(request_), name);
   return true;
 }
 
@@ -406,9 +470,9 @@ void HttpConnection::respond() {
                 "connect-src 'self' blob: data:; frame-ancestors 'none'");
   response_.prepare_payload();
   if (request_.method() == http::verb::head) response_.body().clear();
-  stream_.expires_after(kRequestTimeout);
+  stream_.next_layer().expires_after(kRequestTimeout);
   http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
-    if (error || !self->response_.keep_alive()) return self->stream_.close();
+    if (error || !self->response_.keep_alive()) return self->close();
     self->read();
   });
 }
@@ -417,6 +481,26 @@ Response HttpConnection::response() const {
   if (!is_own_host(view_of(request_[http::field::host]))) {
     return answer(request_, http::status::forbidden,
                   "The view answers to its address, to localhost and to this machine's name only.\n");
+  }
+  if (unencrypted_) {
+    return moved(
+        request_, http::status::permanent_redirect,
+        "https://" + std::string(view_of(request_[http::field::host])) + std::string(view_of(request_.target())));
+  }
+  const std::string_view target = view_of(request_.target());
+  if (target.starts_with(kWatchTarget) && shared_.options.admits &&
+      shared_.options.admits(target.substr(kWatchTarget.size()))) {
+    Response response = moved(request_, http::status::see_other, "/");
+    response.set(http::field::set_cookie, cookie_name(shared_.port) + "=" +
+                                              std::string(target.substr(kWatchTarget.size())) +
+                                              "; Path=/; HttpOnly; Secure; SameSite=Lax");
+    return response;
+  }
+  if (!is_admitted()) {
+    return answer(
+        request_, http::status::unauthorized,
+        "This page is shown to whoever has its address with the token. The program that serves it has printed "
+        "that address, or written it to the file view-token.\n");
   }
   if (request_.target() == kLivePath) {
     return websocket::is_upgrade(request_)
@@ -436,7 +520,10 @@ Response HttpConnection::response() const {
   if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
     return answer(request_, http::status::method_not_allowed, "The view takes GET and HEAD only.\n");
   }
-  const std::string_view target = view_of(request_.target());
+  return file(target);
+}
+
+Response HttpConnection::file(std::string_view target) const {
   const auto file = shared_.options.file ? shared_.options.file(target.substr(0, target.find('?'))) : std::nullopt;
   if (!file) return answer(request_, http::status::not_found, "There is no such file.\n");
   Response response = answer(request_, http::status::ok, *file->content);
@@ -458,11 +545,12 @@ struct WebServer::Impl {
       acceptor.set_option(tcp::acceptor::reuse_address(true));
       acceptor.bind(endpoint);
       acceptor.listen();
-      port = acceptor.local_endpoint().port();
+      shared.port = acceptor.local_endpoint().port();
     } catch (const boost::system::system_error& error) {
       throw std::runtime_error("the page cannot listen on " + options.address + ":" + std::to_string(options.port) +
                                ": " + error.code().message());
     }
+    if (options.certificate) shared.tls.emplace(tls_context(*options.certificate));
     accept();
     thread = std::thread([this] { context.run(); });
   }
@@ -477,7 +565,7 @@ struct WebServer::Impl {
       Error ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-      std::make_shared<HttpConnection>(std::move(socket), shared)->read();
+      std::make_shared<HttpConnection>(std::move(socket), shared)->begin();
     });
   }
 
@@ -494,7 +582,6 @@ struct WebServer::Impl {
   asio::io_context context{1};
   tcp::acceptor acceptor;
   asio::steady_timer pause{context};
-  std::uint16_t port = 0;
   std::thread thread;
 };
 
@@ -541,7 +628,7 @@ std::uint64_t WebServer::skipped() const {
 }
 
 std::uint16_t WebServer::port() const {
-  return impl_->port;
+  return impl_->shared.port;
 }
 
 }  // namespace hecaton::services

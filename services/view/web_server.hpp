@@ -6,7 +6,8 @@
 /// It gives messages of clients to its owner (orders.hpp, services/replay), or discards them. A page of another site
 /// can neither read the states nor send messages through the browser of a user. The server refuses a request when its
 /// header Host is a name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that
-/// Host. A sub-protocol (web_session.hpp) may allow further origins for its own WebSockets, at the path "/".
+/// Host. With `certificate` it speaks TLS only, and with `admits` it shows nothing without a token. A sub-protocol
+/// (web_session.hpp) may allow further origins for its own WebSockets, at the path "/".
 
 #include <array>
 #include <cstddef>
@@ -32,10 +33,21 @@ struct WebFile {
   bool compressed = false;  ///< `content` is a gzip stream
 };
 
+/// What a server shows to prove its name.
+struct WebCertificate {
+  std::string chain;  ///< its certificate and those that lead to the authority's, PEM
+  std::string key;    ///< private, PEM
+};
+
 struct WebServerOptions {
-  std::string address = "127.0.0.1";  ///< IPv4 address to listen on
-  std::uint16_t port = 0;             ///< 0: any free one
-  int most_connections = 128;         ///< further ones are closed at once
+  std::string address = "127.0.0.1";          ///< IPv4 address to listen on
+  std::uint16_t port = 0;                     ///< 0: any free one
+  int most_connections = 128;                 ///< further ones are closed at once
+  std::optional<WebCertificate> certificate;  ///< connections are encrypted (TLS 1.2 or 1.3); a request that is not is
+                                              ///< sent to the address with https
+  /// This token, of the address "/?watch=TOKEN" or "/?token=TOKEN", admits to files and WebSockets; empty: none is
+  /// needed. Called in the thread of the server.
+  std::function<bool(std::string_view token)> admits;
   /// The file at a path without query, "/page.js"; empty: there is none. Called in the thread of the server.
   std::function<std::optional<WebFile>(std::string_view path)> file;
   /// Takes a message of a client, at most 4096 bytes long; empty: messages are discarded. Called in the thread of the
@@ -50,7 +62,7 @@ struct WebServerOptions {
 /// All public functions are thread-safe.
 class WebServer {
  public:
-  /// Listens from now on. Throws std::runtime_error with a sentence when the address cannot be used.
+  /// Listens from now on. Throws std::runtime_error with a sentence when the address or the certificate cannot be used.
   explicit WebServer(const WebServerOptions& options);
   /// Closes all connections.
   ~WebServer();

@@ -177,7 +177,7 @@ document.addEventListener("keydown", (event) => {
 
 // --- messages
 
-const connection = new Connection(`ws://${location.host}/live`);
+const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
 timeline.onCommand = (command) => connection.send(command);
 timeline.arm = () => selected;
 

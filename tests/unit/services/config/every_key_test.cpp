@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -27,7 +28,7 @@ name: everything
 network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
-view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true}
+view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, certificate: page.pem, key: page-key.pem}
 record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
@@ -172,6 +173,8 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.view->port, 8099);
   EXPECT_TRUE(file_.view->control);
   EXPECT_TRUE(file_.view->no_stop);
+  EXPECT_EQ(std::filesystem::path(file_.view->certificate).filename(), "page.pem");
+  EXPECT_EQ(std::filesystem::path(file_.view->key).filename(), "page-key.pem");
   ASSERT_EQ(file_.hosts.size(), 2U);
   EXPECT_EQ(file_.hosts[1].name, "beta");
   EXPECT_EQ(file_.hosts[1].address, "beta.local");

@@ -44,7 +44,7 @@ TEST(ViewInCellFile, HasDefaults) {
   EXPECT_EQ(file.view->host, "localhost");
   EXPECT_EQ(config::view_url(*file.view, 42), "http://127.0.0.1:8042/");
   const auto open = config::parse_cell_file(one_arm("view: {listen: 0.0.0.0, port: 80}\n"), "cell.yaml");
-  EXPECT_EQ(config::view_url(*open.view, 42), "http://localhost:80/");
+  EXPECT_EQ(config::view_url(*open.view, 42), "https://localhost:80/");
 }
 
 TEST(ViewInCellFile, RefusesBadAddressesAndPorts) {
@@ -53,6 +53,13 @@ TEST(ViewInCellFile, RefusesBadAddressesAndPorts) {
             "0.0.0.0 for all of its networks");
   EXPECT_EQ(error_of("view: {port: 70000}\n"), "cell.yaml: view.port = 70000 must be a whole number from 1 to 65535");
   EXPECT_NE(error_of("view: {adress: 127.0.0.1}\n").find("view.adress"), std::string::npos);
+}
+
+TEST(ViewInCellFile, RefusesACertificateWithoutItsKey) {
+  EXPECT_EQ(error_of("view: {certificate: page.pem}\n"),
+            "cell.yaml: view.key = none must be the file of the private key of `certificate`");
+  EXPECT_EQ(error_of("view: {key: page-key.pem}\n"),
+            "cell.yaml: view.certificate = none must be the file of the certificate of `key`");
 }
 
 TEST(ViewInCellFile, MakesTheAgentStartIt) {

@@ -3,13 +3,16 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
 #include <nlohmann/json.hpp>
 
 namespace hecaton::test {
@@ -39,6 +42,52 @@ inline http::response<http::string_body> request(std::uint16_t port, const std::
   http::read(socket, buffer, parser);
   return parser.release();
 }
+
+/// As a browser that takes any certificate, over TLS: the response to a GET with these header fields.
+inline http::response<http::string_body> encrypted_request(std::uint16_t port, const std::string& target,
+                                                           const std::map<http::field, std::string>& fields = {}) {
+  asio::io_context context;
+  asio::ssl::context tls(asio::ssl::context::tls_client);
+  asio::ssl::stream<tcp::socket> stream(context, tls);
+  stream.next_layer().connect(local(port));
+  stream.handshake(asio::ssl::stream_base::client);
+  http::request<http::empty_body> request(http::verb::get, target, 11);
+  request.set(http::field::host, "localhost:" + std::to_string(port));
+  for (const auto& [name, value] : fields) request.set(name, value);
+  http::write(stream, request);
+  http::response_parser<http::string_body> parser;
+  beast::flat_buffer buffer;
+  http::read(stream, buffer, parser);
+  return parser.release();
+}
+
+/// A WebSocket over TLS. The constructor throws boost::system::system_error when the server refuses it.
+class EncryptedWebSocketClient {
+ public:
+  EncryptedWebSocketClient(std::uint16_t port, const std::string& target, const std::string& cookie,
+                           const std::string& origin = "") {
+    stream_.next_layer().next_layer().connect(local(port));
+    stream_.next_layer().handshake(asio::ssl::stream_base::client);
+    stream_.read_message_max(64 << 20);
+    stream_.set_option(beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
+      if (!cookie.empty()) request.set(http::field::cookie, cookie);
+      if (!origin.empty()) request.set(http::field::origin, origin);
+    }));
+    stream_.handshake("localhost:" + std::to_string(port), target);
+  }
+
+  std::string read() {
+    beast::flat_buffer buffer;
+    stream_.read(buffer);
+    return beast::buffers_to_string(buffer.data());
+  }
+  void write(const std::string& text) { stream_.write(asio::buffer(text)); }
+
+ private:
+  asio::io_context context_;
+  asio::ssl::context tls_{asio::ssl::context::tls_client};
+  beast::websocket::stream<asio::ssl::stream<tcp::socket>> stream_{context_, tls_};
+};
 
 class WebSocketClient {
  public:

@@ -1,6 +1,8 @@
 #include "services/view/web_server.hpp"
 
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <semaphore>
 #include <string>
@@ -8,6 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#include "services/security/web_identity.hpp"
+#include "services/view/token_file.hpp"
+#include "services/view/web_protection.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/view/web_client.hpp"
 
 namespace hecaton::services {
@@ -181,6 +187,111 @@ TEST_F(EchoTest, GivesAForeignPageNoWayToSend) {
   EXPECT_NE(status_of([port] { WebSocketClient(port, "http://evil.example", "evil.example"); }), "accepted")
       << "a name that was made to resolve to this machine";
   EXPECT_NE(status_of([port] { WebSocketClient(port, "https://localhost"); }), "accepted");
+}
+
+/// A server that other machines can reach: encrypted, for holders of a token.
+class ProtectedServerTest : public testing::Test {
+ protected:
+  ProtectedServerTest() {
+    config::View view;
+    view.listen = "0.0.0.0";
+    ::setenv("STATE_DIRECTORY", folder_.path().c_str(), 1);
+    protection_ = protection_of(view);
+    WebServerOptions options;
+    options.file = [](std::string_view path) -> std::optional<WebFile> {
+      if (path != "/") return std::nullopt;
+      return WebFile{"text/html", std::make_shared<const std::string>("page")};
+    };
+    options.received = [this](const WebClient& client, std::string_view message) {
+      server_->send(client.number, std::string(message));
+    };
+    protect(options, protection_, control_);
+    server_.emplace(options);
+    cookie_ = "hecaton_" + std::to_string(port()) + "=" + protection_->token;
+  }
+  ~ProtectedServerTest() override { ::unsetenv("STATE_DIRECTORY"); }
+  [[nodiscard]] std::uint16_t port() const { return server_->port(); }
+
+  test::TemporaryFolder folder_;
+  std::optional<WebProtection> protection_;
+  const std::string control_ = random_token();
+  std::optional<WebServer> server_;
+  std::string cookie_;
+};
+
+TEST_F(ProtectedServerTest, ShowsThePageToHoldersOfTheToken) {
+  EXPECT_EQ(test::encrypted_request(port(), "/").result(), http::status::unauthorized);
+  EXPECT_EQ(test::encrypted_request(port(), "/?watch=" + random_token()).result(), http::status::unauthorized);
+
+  const auto admitted = test::encrypted_request(port(), "/?watch=" + protection_->token);
+  EXPECT_EQ(admitted.result(), http::status::see_other);
+  EXPECT_EQ(admitted[http::field::location], "/") << "the token leaves the address";
+  EXPECT_EQ(admitted[http::field::set_cookie], cookie_ + "; Path=/; HttpOnly; Secure; SameSite=Lax");
+
+  const auto page = test::encrypted_request(port(), "/", {{http::field::cookie, "other=1; " + cookie_}});
+  EXPECT_EQ(page.result(), http::status::ok);
+  EXPECT_EQ(page.body(), "page");
+}
+
+TEST_F(ProtectedServerTest, OpensWebSocketsToHoldersOfAToken) {
+  const std::uint16_t port = this->port();
+  const auto refused = [port](const std::string& cookie, const std::string& origin = "") {
+    return status_of([&] { test::EncryptedWebSocketClient(port, "/live", cookie, origin); });
+  };
+  const std::string declined = "The WebSocket handshake was declined by the remote peer";
+  EXPECT_EQ(refused(""), declined);
+  EXPECT_EQ(refused(cookie_.substr(0, cookie_.size() - 1)), declined);
+  EXPECT_EQ(refused("hecaton_1=" + protection_->token), declined) << "of another port";
+  EXPECT_EQ(refused(cookie_, "https://evil.example"), declined);
+  EXPECT_EQ(refused(cookie_, "http://localhost:" + std::to_string(port)), declined) << "that page is not encrypted";
+
+  test::EncryptedWebSocketClient page(port, "/live", cookie_, "https://localhost:" + std::to_string(port));
+  const std::string long_message(4000, 'x');
+  page.write(long_message);
+  EXPECT_EQ(page.read(), long_message);
+}
+
+TEST_F(ProtectedServerTest, SendsRequestsThatAreNotEncryptedToItsAddress) {
+  const auto answer = request(port(), "/?watch=" + protection_->token, http::verb::get, "localhost:8042");
+  EXPECT_EQ(answer.result(), http::status::permanent_redirect);
+  EXPECT_EQ(answer[http::field::location], "https://localhost:8042/?watch=" + protection_->token);
+  const std::uint16_t port = this->port();
+  EXPECT_NE(status_of([port] { WebSocketClient client(port); }), "accepted");
+  EXPECT_EQ(test::encrypted_request(port, "/").result(), http::status::unauthorized) << "it serves on";
+}
+
+TEST_F(ProtectedServerTest, KeepsItsCertificateForTheNextStart) {
+  config::View view;
+  view.listen = "0.0.0.0";
+  EXPECT_EQ(protection_of(view)->fingerprint, protection_->fingerprint);
+  EXPECT_NE(protection_of(view)->token, protection_->token);
+  EXPECT_FALSE(protection_of(config::View{})) << "127.0.0.1 is for this host";
+  for (const auto& file : std::filesystem::directory_iterator(folder_.path())) {
+    EXPECT_EQ(file.status().permissions() & std::filesystem::perms(0077), std::filesystem::perms::none) << file.path();
+  }
+}
+
+TEST_F(ProtectedServerTest, SaysWhatIsWrongWithACertificateOfTheUser) {
+  config::View view;
+  view.listen = "10.0.0.2";
+  view.certificate = folder_.path() / "page-certificate.pem";
+  view.key = folder_.path() / "other.pem";
+  const auto reason = [&]() -> std::string {
+    try {
+      static_cast<void>(protection_of(view));
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(reason(), view.key + ": is missing, empty or not readable for this user");
+  std::filesystem::create_directory(folder_.path() / "other");
+  static_cast<void>(self_signed_web_identity(folder_.path() / "other", {"localhost"}));
+  view.key = folder_.path() / "other" / "page-key.pem";
+  EXPECT_TRUE(reason().starts_with(view.key + ": is not the private key of " + view.certificate)) << reason();
+  view.key = folder_.path() / "page-key.pem";
+  EXPECT_EQ(reason(), "accepted");
+  EXPECT_FALSE(protection_of(view)->self_signed);
 }
 
 }  // namespace
