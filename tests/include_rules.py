@@ -107,7 +107,7 @@ ONLY_IN = {
     r"PubSubTypes\.h": ["services/bus/", "tests/unit/services/bus/", "tests/cell/ros2/", "tests/robots/"],
     r"^spdlog/": ["services/", "tests/unit/services/"],
     r"^CLI/": ["services/", "tests/unit/services/", "tests/bench/"],
-    r"^openssl/": ["services/security/"],
+    r"^openssl/": ["services/security/", "tests/cell/security/"],
     r"^nlohmann/": ["services/", "tests/"],
     r"^(pybind11/|Python\.h)": ["services/python/"],
 }

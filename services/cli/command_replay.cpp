@@ -26,7 +26,6 @@
 #include "services/replay/explain.hpp"
 #include "services/replay/replay_service.hpp"
 #include "services/replay/verification.hpp"
-#include "services/view/web_protection.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -60,14 +59,12 @@ ExitCode run_replay(const Options& options) {
   try {
     config::View address;
     address.listen = options.listen;
-    const std::optional<WebProtection> protection = protection_of(address);
-    replay::ReplayService service(recording->files, replay, options.listen, static_cast<std::uint16_t>(options.port),
-                                  protection, shutdown);
-    address.port = service.port();
+    address.port = static_cast<int>(options.port);
+    replay::ReplayService service(recording->files, replay, address, shutdown);
     std::fprintf(stderr, "replaying %s of cell %s; Ctrl-C ends it\n", duration_text(recording->length()).c_str(),
                  recording->files.cell.cell.name.c_str());
-    if (const auto note = certificate_note(protection)) std::fprintf(stderr, "%s\n", note->c_str());
-    std::cout << admitting_url(config::view_url(address, 0), protection) << std::endl;
+    if (const auto note = service.note()) std::fprintf(stderr, "%s\n", note->c_str());
+    std::cout << service.url() << std::endl;
     service.run();
   } catch (const std::runtime_error& error) {
     throw Failure(ExitCode::kBadInput, error.what());

@@ -14,11 +14,11 @@ constexpr auto kPlaybackPeriod = 33ms;
 /// A machine that was suspended, or a slow seek, does not make the replay leap.
 constexpr bus::Clock::duration kLongestStep = 100ms;
 
-WebServerOptions web_options(const std::string& listen, std::uint16_t port,
-                             const std::optional<WebProtection>& protection, CommandQueue& commands) {
+WebServerOptions web_options(const config::View& address, const std::optional<WebProtection>& protection,
+                             CommandQueue& commands) {
   WebServerOptions web;
-  web.address = listen;
-  web.port = port;
+  web.address = address.listen;
+  web.port = static_cast<std::uint16_t>(address.port.value_or(0));
   protect(web, protection);
   web.received = [&commands](const WebClient&, std::string_view message) { commands.push(message); };
   return web;
@@ -41,12 +41,19 @@ std::vector<std::string> CommandQueue::take() {
   return std::exchange(commands_, {});
 }
 
-ReplayService::ReplayService(const RecordedFiles& files, Replay& replay, const std::string& listen, std::uint16_t port,
-                             const std::optional<WebProtection>& protection, const ShutdownSignal& shutdown)
+ReplayService::ReplayService(const RecordedFiles& files, Replay& replay, const config::View& address,
+                             const ShutdownSignal& shutdown)
     : replay_(replay),
+      address_(address),
+      protection_(protection_of(address)),
       loop_(kLoopPeriod, shutdown),
-      page_(replay, files.cell, files.drawings, web_options(listen, port, protection, commands_)) {
+      page_(replay, files.cell, files.drawings, web_options(address, protection_, commands_)) {
+  address_.port = page_.port();
   page_.publish(Channel::kRecording, replay_.recording_json());
+}
+
+std::string ReplayService::url() const {
+  return admitting_url(config::view_url(address_, 0), protection_);
 }
 
 void ReplayService::run() {

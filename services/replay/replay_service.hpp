@@ -35,18 +35,23 @@ class CommandQueue {
 /// For one thread.
 class ReplayService {
  public:
-  /// Listens from now on. The references must outlive it. Throws std::runtime_error with a sentence when the address
-  /// cannot be used.
-  ReplayService(const RecordedFiles& files, Replay& replay, const std::string& listen, std::uint16_t port,
-                const std::optional<WebProtection>& protection, const ShutdownSignal& shutdown);
+  /// Listens from now on; `address` without a port: at a free one. The references must outlive it. Throws
+  /// std::runtime_error with a sentence when the address cannot be used.
+  ReplayService(const RecordedFiles& files, Replay& replay, const config::View& address,
+                const ShutdownSignal& shutdown);
 
   /// Returns when `shutdown` was requested. Throws recorder::RecordingError when a file has changed.
   void run();
 
-  [[nodiscard]] std::uint16_t port() const { return page_.port(); }
+  /// Of the page, with its token if it needs one.
+  [[nodiscard]] std::string url() const;
+  /// As certificate_note().
+  [[nodiscard]] std::optional<std::string> note() const { return certificate_note(protection_); }
 
  private:
   Replay& replay_;
+  config::View address_;
+  std::optional<WebProtection> protection_;
   CommandQueue commands_;
   PeriodicLoop loop_;
   PageServer page_;

@@ -49,8 +49,9 @@ class RawParticipant {
 /// Publishes any bytes as samples of a topic, past every check of the bus's own writers. `participant` must outlive it.
 class RawWriter {
  public:
+  /// `waits`: write() returns when the sample has been sent; otherwise a newer one may replace it before.
   RawWriter(RawParticipant& participant, const std::string& partition, const std::string& type,
-            const bus::Qos& qos = {.reliable = true}, bool keyed = true) {
+            const bus::Qos& qos = {.reliable = true}, bool keyed = true, bool waits = false) {
     namespace dds = bus::dds;
     dds::TypeSupport support(new Type("hecaton::msg::" + type, keyed));
     support.register_type(participant.get());
@@ -67,7 +68,7 @@ class RawWriter {
     if (qos.deadline.count() > 0) {
       writer_qos.deadline().period = bus::Duration(std::chrono::duration<double>(qos.deadline).count());
     }
-    writer_qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+    writer_qos.publish_mode().kind = waits ? dds::SYNCHRONOUS_PUBLISH_MODE : dds::ASYNCHRONOUS_PUBLISH_MODE;
     writer_ = publisher->create_datawriter(topic, writer_qos);
   }
 
