@@ -13,15 +13,26 @@ namespace {
 
 /// Beyond this tracking error the drive does not follow its set-points [rad | m].
 constexpr double kLostTrack = 0.05;
-/// An arm that waits this long on a trajectory without path tolerance goes around what blocks it [s].
+/// An arm that waits this long on a trajectory goes around what blocks it [s]. Within a path tolerance there may be no
+/// way: then it waits twice as long before each further try, up to kLongestRest.
 constexpr double kLongestWait = 2.0;
+constexpr double kLongestRest = 32.0;
 /// It goes to a point this much later [s] and this far away [rad | m], or to the end. After kAroundTimeout without
-/// arrival it tries twice the time.
+/// arrival it tries twice the time. Within a path tolerance the straight way to the point must be near the trajectory:
+/// it is kLeastInTolerance times the tolerance away.
 constexpr double kFirstAhead = 1.0;
 constexpr double kLeastAround = 0.3;
+constexpr double kLeastInTolerance = 4.0;
 constexpr double kAroundTimeout = 8.0;
-/// It follows the trajectory again when each joint is within this of that point [rad | m].
+/// It follows the trajectory again when each joint is within this of that point [rad | m], and within this share of the
+/// path tolerance.
 constexpr double kRejoins = 0.05;
+constexpr double kRejoinsShare = 0.4;
+
+double smallest_tolerance(const TimedTrajectory& trajectory) {
+  return trajectory.has_path_tolerance() ? trajectory.path_tolerance.minCoeff()
+                                         : std::numeric_limits<double>::infinity();
+}
 
 }  // namespace
 
@@ -64,7 +75,7 @@ void ArmController::cancel_goal() {
 }
 
 void ArmController::begin(const Manoeuvre& manoeuvre) {
-  if (aim_ || ((route_.under_way() || tracks()) && manoeuvre.kind != ManoeuvreKind::kEvade)) return;
+  if (aim_ || ((route_.under_way() || follows_trajectory()) && manoeuvre.kind != ManoeuvreKind::kEvade)) return;
   planner::begin(manoeuvre, memory_.local);
 }
 
@@ -89,7 +100,7 @@ void ArmController::leave_coupled_plan() {
 /// After a pause the arm is not where the trajectory was left.
 void ArmController::resume_trajectory(bool follows, const TickInput& input) {
   TrajectoryTracking& tracking = memory_.local.tracking;
-  if (!tracks() || input.hold || (follows && tracking.begun && !pauses_)) return;
+  if (!follows_trajectory() || input.hold || (follows && tracking.begun && !pauses_)) return;
   resume_tracking(geometry_.own_arm().limits, input.q, input.qd, tracking);
 }
 
@@ -97,13 +108,14 @@ void ArmController::go_around() {
   TrajectoryTracking& tracking = memory_.local.tracking;
   const JointLimits& limits = geometry_.own_arm().limits;
   const double duration = tracking.trajectory->duration();
+  const double least = std::min(kLeastAround, kLeastInTolerance * smallest_tolerance(*tracking.trajectory));
   do {
     aside_.ahead = std::max(kFirstAhead, 2.0 * aside_.ahead);
     aside_.rejoin = std::min(duration, tracking.time + aside_.ahead);
     goal_ = tracking.at(aside_.rejoin).q;
-  } while (aside_.rejoin < duration && farthest_joint(limits, setpoint_->q, *goal_) < kLeastAround);
+  } while (aside_.rejoin < duration && farthest_joint(limits, setpoint_->q, *goal_) < least);
   aside_.elapsed = 0.0;
-  tracking.phase = TrackingPhase::kAside;
+  tracking.phase = tracking.trajectory->has_path_tolerance() ? TrackingPhase::kAround : TrackingPhase::kAside;
   tracking.rate = 0.0;
   follow({});
   goal_progress_.restart();
@@ -121,27 +133,42 @@ void ArmController::return_to_trajectory(double time) {
   memory_.local.detour = {};
 }
 
+/// No way within the path tolerance was found. The arm waits where it is.
+void ArmController::give_up_for_now() {
+  const double rest = std::min(kLongestRest, std::max(kLongestWait, 2.0 * aside_.rest));
+  return_to_trajectory(memory_.local.tracking.time);
+  aside_.rejoin = memory_.local.tracking.time + kFirstAhead;
+  aside_.rest = rest;
+  memory_.local.without_progress = 0.0;
+}
+
 /// After a period in which the arm was free to plan: leaves a blocked trajectory, and joins it again. A planner whose
 /// set-points the drive does not follow, such as a standby, never leaves it.
 void ArmController::follow_trajectory(bool follows, const TickResult& result) {
   TrajectoryTracking& tracking = memory_.local.tracking;
   if (!follows) {
-    if (tracking.phase == TrackingPhase::kAside) return_to_trajectory(tracking.time);
+    if (tracking.phase == TrackingPhase::kAside || tracking.phase == TrackingPhase::kAround)
+      return_to_trajectory(tracking.time);
     memory_.local.without_progress = 0.0;
     return;
   }
   if (tracking.follows()) {
-    const bool waits = memory_.local.without_progress > kLongestWait && result.yields_to < 0;
-    if (waits && !tracking.trajectory->has_path_tolerance()) go_around();
+    const double longest = std::max(kLongestWait, aside_.rest);
+    if (memory_.local.without_progress > longest && result.yields_to < 0) go_around();
+    if (tracking.time > aside_.rejoin) aside_.rest = 0.0;
     return;
   }
-  if (tracking.phase != TrackingPhase::kAside) return;
+  const bool bound = tracking.phase == TrackingPhase::kAround;
+  if (tracking.phase != TrackingPhase::kAside && !bound) return;
   const JointLimits& limits = geometry_.own_arm().limits;
   aside_.elapsed += progress_period();
-  if (farthest_joint(limits, result.q, *goal_) < kRejoins) {
-    return_to_trajectory(aside_.rejoin);
+  const double near = std::min(kRejoins, kRejoinsShare * smallest_tolerance(*tracking.trajectory));
+  if (farthest_joint(limits, result.q, *goal_) < near) {
+    return_to_trajectory(bound ? tracking.time : aside_.rejoin);
   } else if (aside_.elapsed > kAroundTimeout && aside_.rejoin < tracking.trajectory->duration()) {
     go_around();
+  } else if (aside_.elapsed > kAroundTimeout && bound) {
+    give_up_for_now();
   }
 }
 
@@ -217,7 +244,7 @@ TickResult ArmController::step_from(const MeasuredState& measured, const std::op
   if (goal_) input.q_goal = *goal_;
   if ((input.has_goal || aim_) && !input.hold) select_target(input.q);
   resume_trajectory(follows, input);
-  const bool tracked = tracks();
+  const bool tracked = follows_trajectory();
   TickResult result = guide_ ? tick_by_guide(input) : tick(geometry_, parameters_, input, memory_, scratch_);
   if (aim_ && (result.status == TickStatus::kDetouring || result.status == TickStatus::kIdle)) {
     result.status = TickStatus::kFollowingPlan;

@@ -31,8 +31,8 @@ class ArmController {
   /// The guide of the arm's method; null for methods without one.
   [[nodiscard]] const MotionGuide* guide() const { return guide_.get(); }
 
-  /// With a `trajectory` to it, the arm follows that from `time` on [s]: it stays on it and waits, and goes around what
-  /// blocks it for long if the trajectory has no path tolerance.
+  /// With a `trajectory` to it, the arm follows that from `time` on [s]: it waits, and goes around what blocks it for
+  /// long, within the path tolerance if the trajectory has one.
   void set_goal(const JointVector& q_goal, std::shared_ptr<const TimedTrajectory> trajectory = {}, double time = 0.0);
   /// Removes the goal: the arm brakes, stays where it comes to rest, and gives way.
   void cancel_goal();
@@ -82,7 +82,9 @@ class ArmController {
   void leave_coupled_plan();
 
   /// The arm follows a trajectory: its goal has one, whose time is not over, and the arm does not go around something.
-  [[nodiscard]] bool tracks() const { return goal_ && memory_.local.tracking.follows(); }
+  [[nodiscard]] bool follows_trajectory() const { return goal_ && memory_.local.tracking.follows(); }
+  /// The arm follows a trajectory, or stays near it. It then takes no route and no coupled plan.
+  [[nodiscard]] bool tracks() const { return goal_ && (follows_trajectory() || memory_.local.tracking.is_bound()); }
   /// The arm has a goal and has not reached it yet, as of the last period.
   [[nodiscard]] bool under_way() const { return goal_ && memory_.local.right_of_way.under_way; }
   /// Progress towards the goal. Periods with status kHolding or kStaleInput do not count.
@@ -112,6 +114,7 @@ class ArmController {
   void follow_trajectory(bool follows, const TickResult& result);
   void go_around();
   void return_to_trajectory(double time);
+  void give_up_for_now();
   void select_target(const JointVector& q);
   [[nodiscard]] TickResult tick_by_guide(TickInput& input);
   void stay_where_guided(const TickInput& input, TickResult& result);
@@ -136,8 +139,9 @@ class ArmController {
     double rejoin = 0.0;   ///< time of the trajectory to which it goes [s]
     double ahead = 0.0;    ///< of that time before the time at which it has left [s]
     double elapsed = 0.0;  ///< [s]
+    double rest = 0.0;     ///< how long it waits before it tries again within the tolerance [s]; 0: the first try
 
-    void describe(MemoryArchive& archive) { archive(rejoin, ahead, elapsed); }
+    void describe(MemoryArchive& archive) { archive(rejoin, ahead, elapsed, rest); }
   };
   Aside aside_;
   bool pauses_ = false;  ///< the last period did not follow the trajectory: hold, or old inputs

@@ -114,6 +114,17 @@ bool inside(const VelocityBounds& bounds, const JointVector& qd) {
   return (qd.array() >= bounds.lower.array()).all() && (qd.array() <= bounds.upper.array()).all();
 }
 
+VelocityBounds velocity_bounds(const LocalInput& input) {
+  const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
+  if (input.box == nullptr) return bounds;
+  JointLimits limits = input.limits;
+  limits.lower = input.box->lower;
+  limits.upper = input.box->upper;
+  const VelocityBounds in_box = speed_and_position_bounds(limits, input.q, input.dt);
+  const VelocityBounds both{bounds.lower.cwiseMax(in_box.lower), bounds.upper.cwiseMin(in_box.upper)};
+  return (both.lower.array() <= both.upper.array()).all() ? both : bounds;
+}
+
 /// What the first step of plan_locally() leaves to the second.
 struct Intention {
   const JointVector& velocity;
@@ -224,10 +235,10 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
                                  input.dt,     input.rows, input.scene, input.speed};
   const MethodState state{memory.method, memory.deviation, memory.random, memory.rollout_wait};
   WantedMotion wish;
+  const double time_before = tracking.time;
   if (tracks) {
     const bool waits = yields || memory.detour.active;
     wish.velocity = track(input.limits, input.q, input.qd, input.dt, input.speed, waits, tracking);
-    if (tracking.time >= tracking.trajectory->duration()) tracking.phase = TrackingPhase::kDone;
   }
   if (yields) {
     wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
@@ -238,7 +249,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   }
   const JointVector& wanted = wish.velocity;
   result.stalled = wish.stalled;
-  const VelocityBounds bounds = speed_and_position_bounds(input.limits, input.q, input.dt);
+  const VelocityBounds bounds = velocity_bounds(input);
 
   QpProblem problem;
   for (const Row& row : input.rows) problem.add_row(row.g, row.h, row.key);
@@ -261,7 +272,13 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   if (result.following && memory.deviation.row >= 0) result.binding_row = memory.deviation.row;
 
   command(input, {intended.x, intention_relaxed, bounds, braking}, problem, memory, result);
+  if (input.has_goal && tracking.is_bound()) {
+    const JointVector q_next = input.q + 0.5 * (input.qd + result.qd) * input.dt;
+    const double stop_time = input.box != nullptr ? longest_stop_time(input.limits) + input.dt : 0.0;
+    keep_box(input.limits, q_next, result.qd, input.dt, stop_time, time_before, tracking);
+  }
 
+  if (tracks && tracking.time >= tracking.trajectory->duration()) tracking.phase = TrackingPhase::kDone;
   const bool runs = tracks && tracking.rate > kRunningShare * input.speed;
   const bool moves = runs || result.qd.norm() > kStillShare * input.limits.velocity.norm();
   const bool waits = memory.detour.active && memory.detour.stays;

@@ -60,6 +60,7 @@ struct LocalInput {
   const MethodScene* scene = nullptr;         ///< passed to the method; may be null
   StopPathCheck* stop_path = nullptr;         ///< begun in this period; null: the command is not checked, as in tests
   double speed = 1.0;                         ///< share of the arm's velocity limits that `limits` has, above 0
+  const PathBox* box = nullptr;               ///< more position limits, of a trajectory; null: none
 };
 
 /// Memory of the local planner between periods. A value: rollouts copy it.

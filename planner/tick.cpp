@@ -150,6 +150,16 @@ BuiltRows build_rows(const DamperScene& scene, const JointVector& fastest, std::
   return built;
 }
 
+/// An arm on a trajectory with path tolerance stays in a box around it, except where nothing can block it, and to evade
+/// what comes.
+bool stays_in_box(const TickInput& input, std::span<const Row> rows, const LocalMemory& memory) {
+  const TrajectoryTracking& tracking = memory.tracking;
+  if (!input.has_goal || !tracking.is_bound() || !tracking.begun) return false;
+  if (memory.detour.active && memory.detour.stays) return false;
+  return tracking.phase == TrackingPhase::kAround || memory.right_of_way.yields_to >= 0 ||
+         std::any_of(rows.begin(), rows.end(), [](const Row& row) { return row.influences; });
+}
+
 TickResult brake(const CellGeometry& geometry, const TickInput& input, TickStatus status) {
   TickResult result;
   result.status = status;
@@ -175,20 +185,37 @@ TickResult plan(const CellGeometry& geometry, const LocalParameters& parameters,
   const JointVector& q_goal = input.has_goal ? input.q_goal : input.q;
   const MethodScene method_scene{geometry,   s.scene.poses(),  input.arms, parameters.damper.self_security_distance,
                                  s.distance, s.of_method.get()};
-  const LocalInput local_input{limits,
-                               parameters,
-                               input.q,
-                               input.qd,
-                               q_goal,
-                               input.dt,
-                               std::span(s.rows).first(rows.count),
-                               input.arms,
-                               geometry.self(),
-                               input.has_goal,
-                               &method_scene,
-                               &s.stop_path,
-                               std::clamp(input.speed_scaling, kSlowestShare, 1.0)};
-  const LocalResult local = plan_locally(local_input, memory.local);
+  const std::span<const Row> kept = std::span(s.rows).first(rows.count);
+  const auto local_input = [&](const JointLimits& used, const PathBox* box) {
+    return LocalInput{used,
+                      parameters,
+                      input.q,
+                      input.qd,
+                      q_goal,
+                      input.dt,
+                      kept,
+                      input.arms,
+                      geometry.self(),
+                      input.has_goal,
+                      &method_scene,
+                      &s.stop_path,
+                      std::clamp(input.speed_scaling, kSlowestShare, 1.0),
+                      box};
+  };
+  LocalResult local;
+  bool planned = false;
+  if (stays_in_box(input, kept, memory.local)) {
+    const LocalMemory before = memory.local;
+    const TrajectoryTracking& tracking = before.tracking;
+    JointLimits on_path = limits;
+    on_path.velocity = velocity_on_path(limits, input.dt, tracking);
+    const PathBox box = path_box(limits, input.q, tracking);
+    local = plan_locally(local_input(on_path, &box), memory.local);
+    // Distances come before the path tolerance: without a velocity inside, the arm may leave the box.
+    planned = !local.relaxed;
+    if (!planned) memory.local = before;
+  }
+  if (!planned) local = plan_locally(local_input(limits, nullptr), memory.local);
 
   TickResult result;
   result.qd = local.qd;

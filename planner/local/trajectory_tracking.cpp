@@ -7,6 +7,7 @@
 
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/joint_distance.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -16,6 +17,14 @@ constexpr double kFreeLag = 0.01;
 constexpr double kLongestLag = 0.05;
 /// With a path tolerance the time already stands at this share of it.
 constexpr double kLagShare = 0.5;
+/// Set-points use this share of the path tolerance; the rest is for the errors of the drive.
+constexpr double kBoxShare = 0.8;
+/// The wanted velocity uses this share of the velocity at which the arm can stop in the box.
+constexpr double kVelocityInBox = 0.8;
+/// An arm that goes around is searched on this part of the trajectory in each period [s].
+constexpr double kCreep = 0.25;
+/// A joint without tolerance counts as one with this, to find where the arm is [rad | m].
+constexpr double kLooseTolerance = 0.3;
 /// The rate grows with this share of the acceleration limits; the rest is for the trajectory's own accelerations.
 constexpr double kGrowthShare = 0.5;
 /// The rate changes at most this much in a second.
@@ -86,6 +95,25 @@ double longest_lag(const TimedTrajectory& trajectory) {
   return longest;
 }
 
+/// T = √(x / a) of a tolerance x and an acceleration a. There the velocities x / T and a T are equal: the highest one
+/// that satisfies both.
+double stop_time_on_path(const JointLimits& limits, const JointVector& tolerance) {
+  double time = longest_stop_time(limits);
+  for (Eigen::Index j = 0; j < tolerance.size(); ++j) {
+    time = std::min(time, std::sqrt(kBoxShare * tolerance[j] / limits.acceleration[j]));
+  }
+  return time;
+}
+
+/// An arm at (q, q̇) is in the box at that time, and its velocity is below the distance to the sides over `stop_time`.
+bool in_box(const JointLimits& limits, const JointVector& q, const JointVector& qd, double stop_time, double when,
+            const TrajectoryTracking& tracking) {
+  const JointVector off = joint_difference(limits, tracking.at(when).q, q);
+  const JointVector& tolerance = tracking.trajectory->path_tolerance;
+  return ((off + stop_time * qd.cwiseMax(0.0)).array() <= kBoxShare * tolerance.array()).all() &&
+         ((off + stop_time * qd.cwiseMin(0.0)).array() >= -kBoxShare * tolerance.array()).all();
+}
+
 struct Nearest {
   double time;
   double distance;  ///< [rad | m]
@@ -124,7 +152,7 @@ void TrajectoryTracking::describe(MemoryArchive& archive) {
   } else {
     trajectory = nullptr;
   }
-  archive.number(phase, 0, static_cast<int>(TrackingPhase::kDone));
+  archive.number(phase, 0, static_cast<int>(TrackingPhase::kAround));
   archive(time, rate, begun, start);
   if (archive.loads() && (has ? trajectory->points.empty() : phase != TrackingPhase::kNone)) archive.fail();
 }
@@ -170,6 +198,46 @@ void resume_tracking(const JointLimits& limits, const JointVector& q, const Join
   const JointVector wanted = tracking.at(tracking.time).qd;
   const double square = wanted.squaredNorm();
   tracking.rate = square > 0.0 ? std::clamp(qd.dot(wanted) / square, 0.0, 1.0) : 1.0;
+}
+
+PathBox path_box(const JointLimits& limits, const JointVector& q, const TrajectoryTracking& tracking) {
+  const JointVector centre = q + joint_difference(limits, q, tracking.at(tracking.time).q);
+  const JointVector reach = kBoxShare * tracking.trajectory->path_tolerance;
+  return {centre - reach, centre + reach};
+}
+
+JointVector velocity_on_path(const JointLimits& limits, double dt, const TrajectoryTracking& tracking) {
+  const JointVector& tolerance = tracking.trajectory->path_tolerance;
+  const double stop_time = stop_time_on_path(limits, tolerance);
+  return limits.velocity.cwiseMin(limits.acceleration * stop_time)
+      .cwiseMin(kVelocityInBox * kBoxShare / (stop_time + dt) * tolerance);
+}
+
+void keep_box(const JointLimits& limits, const JointVector& q, const JointVector& qd, double dt, double stop_time,
+              double before, TrajectoryTracking& tracking) {
+  constexpr int kSteps = 8;
+  const JointVector& tolerance = tracking.trajectory->path_tolerance;
+  if (tracking.follows()) {
+    const double step = (tracking.time - before) / kSteps;
+    // An arm that has just come near something is still too fast to stop in the box.
+    const double stops = in_box(limits, q, qd, stop_time, before, tracking) ? stop_time : 0.0;
+    int steps = kSteps;
+    while (steps > 0 && !in_box(limits, q, qd, stops, before + steps * step, tracking)) --steps;
+    if (steps == kSteps) return;
+    tracking.time = before + steps * step;
+    tracking.rate = std::min(tracking.rate, steps * step / dt);
+  } else if (tracking.phase == TrackingPhase::kAround) {
+    const double to = std::min(tracking.trajectory->duration(), before + kCreep);
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= kSteps; ++i) {
+      const double when = before + (to - before) * i / kSteps;
+      const JointVector off = joint_difference(limits, tracking.at(when).q, q);
+      const double distance = off.cwiseQuotient(tolerance.cwiseMin(kLooseTolerance)).squaredNorm();
+      if (distance >= least || (i > 0 && !in_box(limits, q, qd, stop_time, when, tracking))) continue;
+      least = distance;
+      tracking.time = when;
+    }
+  }
 }
 
 int outside_path_tolerance(const JointLimits& limits, const JointVector& q, const TrajectoryTracking& tracking) {

@@ -136,7 +136,7 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
                        result.status == TickStatus::kBlocked ||
                        (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
   // On a route, RoutePolicy reacts instead; on a trajectory the arm waits.
-  const bool trouble = blocked && !controller.route().under_way() && !controller.tracks();
+  const bool trouble = blocked && !controller.route().under_way() && !controller.follows_trajectory();
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_lookahead_ += dt;

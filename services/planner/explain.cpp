@@ -237,6 +237,9 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     if (tracking.follows() && period.planned->result.status == planner::TickStatus::kBlocked) {
       progress.recovery_action = "waits on its trajectory";
     }
+    if (tracking.phase == planner::TrackingPhase::kAround) {
+      progress.recovery_action = "goes around within the path tolerance of its trajectory";
+    }
     progress.trajectory = on_trajectory(controller, period.planned->q, period.commands, progress);
   }
   progress.priority = controller.priority();

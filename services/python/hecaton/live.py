@@ -252,8 +252,9 @@ class Arm:
         `times` [s] has the shape (N,) and grows; `positions` [rad | m], `velocities` and `accelerations` have the shape
         (N, joints). The first point is at most 0.1 rad or m from the arm, unless its time is above 0; the last one is at
         rest. PlanAnswer.trajectory() has such arrays. `path_tolerance` [rad | m] is that of each joint, or one for all;
-        0: none. The goal ends ('cancelled', cause 'path_tolerance') when the arm is pushed off the path. None: the
-        arm may go around what blocks it. Progress.trajectory_time says how far it has come.
+        0: none. The arm goes around what blocks it within the tolerance; None: wherever it can. The goal ends
+        ('cancelled', cause 'path_tolerance') when something pushes the arm out of the tolerance.
+        Progress.trajectory_time says how far it has come.
         """
         rows = _arguments.rows("positions", positions)
         count, joints = rows.shape

@@ -195,8 +195,8 @@ struct TrajectoryPoint {
 /// Joint positions with times.
 struct Trajectory {
   std::vector<TrajectoryPoint> points;  ///< 1 to 4096, and points times joints at most 32768; the last one is at rest
-  /// Each joint's largest distance from the path; 0: none. Empty: no joint has one, and the arm may go around what
-  /// blocks it [rad | m].
+  /// Each joint's largest distance from the trajectory, also where the arm goes around something; 0: none. Empty: no
+  /// joint has one [rad | m].
   std::vector<double> path_tolerance;
 };
 

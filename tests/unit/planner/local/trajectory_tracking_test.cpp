@@ -6,6 +6,9 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -14,6 +17,7 @@
 #include "planner/local/random.hpp"
 #include "planner/trajectory/time_optimal.hpp"
 #include "tests/support/planar_point.hpp"
+#include "tests/support/puma_among_boxes.hpp"
 
 namespace hecaton::planner {
 namespace {
@@ -219,12 +223,11 @@ TEST(TrajectoryTracking, SlowsItsTimeWithTheSpeedOverride) {
 
 TEST(TrajectoryTracking, WaitsAtAnObstacleAndGoesOnAfterwards) {
   TimedTrajectory trajectory = trapezoid(true);
-  trajectory.path_tolerance = joints({0.2, 0.2});
+  trajectory.path_tolerance = joints({0.1, 0.1});
   TrackingArm arm({test::box_obstacle("box", {0.3, 0, 0}, {0.1, 0.1, 0.2})});
   arm.start(trajectory);
   for (int i = 0; i < 1500; ++i) arm.step();
   const double waits = arm.tracking().time;
-  EXPECT_TRUE(arm.tracking().follows());
   EXPECT_LT(arm.measured().q[0], 0.15);
   EXPECT_NEAR(arm.tracking().rate, 0.0, 1e-6);
   EXPECT_EQ(outside_path_tolerance(test::planar_point().limits, arm.measured().q, arm.tracking()), -1);
@@ -234,6 +237,199 @@ TEST(TrajectoryTracking, WaitsAtAnObstacleAndGoesOnAfterwards) {
   EXPECT_NEAR(left, trajectory.duration() - waits, 0.5);
   EXPECT_FALSE(arm.time_falls());
   EXPECT_LT(arm.worst(), 0.06);
+}
+
+/// The largest deviation from the trajectory at its own time, as a share of the path tolerance.
+double deviation(const TrackingArm& arm, const JointVector& tolerance) {
+  const JointVector off = arm.measured().q - arm.tracking().at(arm.tracking().time).q;
+  return off.cwiseAbs().cwiseQuotient(tolerance).maxCoeff();
+}
+
+// The ball of radius 0.05 keeps 0.02 from the box, whose lower side is at y = −0.02: 0.09 aside suffices.
+TEST(TrajectoryTracking, GoesAroundWithinThePathTolerance) {
+  TimedTrajectory trajectory = trapezoid(true);
+  trajectory.path_tolerance = joints({0.15, 0.15});
+  TrackingArm arm({test::box_obstacle("box", {0.0, 0.08, 0}, {0.1, 0.1, 0.2})});
+  arm.start(trajectory);
+  double worst = 0.0;
+  bool around = false;
+  double elapsed = 0.0;
+  while (elapsed < 60.0 && arm.step().status != TickStatus::kReached) {
+    elapsed += kPeriod;
+    worst = std::max(worst, deviation(arm, trajectory.path_tolerance));
+    around = around || arm.tracking().phase == TrackingPhase::kAround;
+  }
+  EXPECT_TRUE(around);
+  EXPECT_LT(elapsed, 60.0);
+  EXPECT_LE(worst, 1.0);
+  EXPECT_GT(worst, 0.5);
+  EXPECT_FALSE(arm.time_falls());
+  EXPECT_NEAR((arm.measured().q - trajectory.end()).norm(), 0.0, 2e-3);
+}
+
+/// Distance of the ball at q to a box or to a ball.
+double distance_to(const world::Obstacle& obstacle, const JointVector& q) {
+  const Eigen::Vector3d centre = Eigen::Vector3d(q[0], q[1], 0.0) - obstacle.X_WO.translation();
+  const auto& shape = obstacle.shapes.front().shape;
+  if (const auto* ball = std::get_if<world::Sphere>(&shape)) return centre.norm() - ball->radius - 0.05;
+  const Eigen::Vector3d outside = centre.cwiseAbs() - std::get<world::Box>(shape).half_extents;
+  return outside.cwiseMax(0.0).norm() - 0.05;
+}
+
+/// There is a way past the obstacles within `share` of the path tolerance, 5 mm beyond the security distance: the
+/// points of a grid around the trajectory's position at one time are reached from those at the time before.
+bool has_way(const TimedTrajectory& trajectory, const std::vector<world::Obstacle>& obstacles, double share) {
+  constexpr double kGrid = 0.01;
+  constexpr int kWidth = 300, kHeight = 200;
+  const auto position = [&](int point) {
+    return joints({kGrid * (point % kWidth - kWidth / 2), kGrid * (point / kWidth - kHeight / 2)});
+  };
+  std::vector<char> free(kWidth * kHeight, 1);
+  for (int point = 0; point < kWidth * kHeight; ++point) {
+    for (const auto& obstacle : obstacles)
+      if (distance_to(obstacle, position(point)) < 0.025) free[static_cast<std::size_t>(point)] = 0;
+  }
+  const JointVector reach = share * trajectory.path_tolerance + JointVector::Constant(2, 0.5 * kGrid);
+  const JointVector& start = trajectory.points.front().q;
+  std::set<int> reached{static_cast<int>(std::lround(start[0] / kGrid)) + kWidth / 2 +
+                        kWidth * (static_cast<int>(std::lround(start[1] / kGrid)) + kHeight / 2)};
+  for (double time = 0.0; time <= trajectory.duration(); time += 0.02) {
+    const JointVector centre = trajectory.at(time).q;
+    const auto inside = [&](int point) {
+      return free.at(static_cast<std::size_t>(point)) != 0 &&
+             ((position(point) - centre).cwiseAbs().array() <= reach.array()).all();
+    };
+    std::erase_if(reached, [&](int point) { return !inside(point); });
+    std::vector<int> open(reached.begin(), reached.end());
+    while (!open.empty()) {
+      const int from = open.back();
+      open.pop_back();
+      for (const int next : {from + 1, from - 1, from + kWidth, from - kWidth})
+        if (inside(next) && reached.insert(next).second) open.push_back(next);
+    }
+  }
+  return !reached.empty();
+}
+
+// Random obstacles on and beside the path, and random tolerances of each joint.
+TEST(TrajectoryTracking, NeverLeavesThePathTolerance) {
+  Random random(7);
+  double worst = 0.0;
+  double nearest = 1.0;
+  int passed = 0, around = 0, possible = 0, missed = 0;
+  constexpr int kCells = 100;
+  for (int cell = 0; cell < kCells; ++cell) {
+    TimedTrajectory trajectory = trapezoid(true, random.uniform() < 0.5, random.uniform(-0.3, 0.3));
+    trajectory.path_tolerance = joints({random.uniform(0.02, 0.3), random.uniform(0.02, 0.3)});
+    if (random.uniform() < 0.2) trajectory.path_tolerance[0] = std::numeric_limits<double>::infinity();
+    std::vector<world::Obstacle> obstacles;
+    const int count = 1 + static_cast<int>(random.uniform(0.0, 3.0));
+    for (int i = 0; i < count; ++i) {
+      const JointVector on_path = trajectory.at(random.uniform(1.5, 4.0)).q;
+      const Eigen::Vector3d centre(on_path[0], on_path[1] + random.uniform(-0.25, 0.25), 0.0);
+      world::Obstacle obstacle = test::box_obstacle("o" + std::to_string(i), centre,
+                                                    {random.uniform(0.02, 0.15), random.uniform(0.02, 0.15), 0.2});
+      if (random.uniform() < 0.5) obstacle.shapes.front().shape = world::Sphere{random.uniform(0.02, 0.15)};
+      obstacles.push_back(obstacle);
+    }
+    TrackingArm arm(obstacles);
+    arm.start(trajectory);
+    bool goes_around = false;
+    for (double elapsed = 0.0; elapsed < 60.0; elapsed += kPeriod) {
+      const bool reached = arm.step().status == TickStatus::kReached;
+      worst = std::max(worst, deviation(arm, trajectory.path_tolerance));
+      for (const auto& obstacle : obstacles) nearest = std::min(nearest, distance_to(obstacle, arm.measured().q));
+      goes_around = goes_around || arm.tracking().phase == TrackingPhase::kAround;
+      if (!reached) continue;
+      ++passed;
+      around += goes_around ? 1 : 0;
+      break;
+    }
+    EXPECT_FALSE(arm.time_falls());
+    if (!trajectory.path_tolerance.allFinite() || !has_way(trajectory, obstacles, 0.75)) continue;
+    ++possible;
+    missed += arm.tracking().phase == TrackingPhase::kDone ? 0 : 1;
+  }
+  std::cout << "a way for " << possible << ", not found for " << missed << "; " << passed << " of " << kCells
+            << " passed, " << around << " of them around something; deviation " << worst
+            << " of the tolerance, distance " << 1e3 * nearest << " mm\n";
+  EXPECT_LE(worst, 1.0);
+  EXPECT_GT(nearest, 0.0);
+  EXPECT_GT(around, 15);
+  EXPECT_LT(missed, possible / 10);
+}
+
+/// A straight joint motion at constant speed between two ramps, with velocities.
+TimedTrajectory straight(const JointVector& from, const JointVector& to, double duration) {
+  constexpr double kRamp = 0.5;
+  TimedTrajectory trajectory;
+  const double speed = 1.0 / (duration - kRamp);
+  for (double t = 0.0; t < duration + 0.05; t += 0.1) {
+    double s = speed * (t - 0.5 * kRamp), v = speed;
+    if (t < kRamp) s = 0.5 * speed / kRamp * t * t, v = speed / kRamp * t;
+    if (const double left = std::max(0.0, duration - t); left < kRamp)
+      s = 1.0 - 0.5 * speed / kRamp * left * left, v = speed / kRamp * left;
+    trajectory.points.push_back({t, from + s * (to - from), v * (to - from), {}});
+  }
+  return trajectory;
+}
+
+// Each box is near the tool's place in the middle of the trajectory.
+TEST(TrajectoryTracking, AnArmOfSixJointsNeverLeavesThePathTolerance) {
+  Random random(11);
+  const Arm puma = test::puma();
+  const std::vector<ArmObservation> arms(1);
+  double worst = 0.0, nearest = 1.0;
+  int cells = 0, passed = 0, around = 0;
+  while (cells < 40) {
+    JointVector from(6), way(6), tolerance(6);
+    for (int j = 0; j < 6; ++j) {
+      from[j] = random.uniform(-1.5, 1.5);
+      way[j] = random.uniform(-0.8, 0.8);
+      tolerance[j] = random.uniform(0.05, 0.4);
+    }
+    TimedTrajectory trajectory = straight(from, from + way, 4.0);
+    trajectory.path_tolerance = tolerance;
+    Kinematics kinematics;
+    forward_kinematics(*puma.model, puma.X_WB, JointVector(from + 0.5 * way), kinematics);
+    Eigen::Vector3d centre = kinematics.X_WT.translation();
+    for (auto& value : centre) value += random.uniform(-0.15, 0.15);
+    const std::vector<world::Obstacle> boxes{test::box_obstacle("box", centre, {0.06, 0.06, 0.06})};
+    const std::vector<world::ObstacleState> states{{boxes[0].X_WO, {}, 0.0}};
+    const auto controller_of = [&] {
+      ArmController controller(CellGeometry({puma}, 0), LocalParameters{}, kPeriod, 3);
+      controller.set_obstacles(boxes);
+      return controller;
+    };
+    const JointVector still = JointVector::Zero(6);
+    const auto free = [&](const JointVector& q) {
+      return controller_of().step(MeasuredState{q, still}, arms, states, false).clearance_margin > 0.05;
+    };
+    if (objection(trajectory, puma.limits, puma.model->joint_names) || !free(from) || !free(from + way)) continue;
+    ++cells;
+    ArmController controller = controller_of();
+    controller.set_goal(trajectory.end(), std::make_shared<const TimedTrajectory>(trajectory));
+    MeasuredState measured{from, still};
+    bool goes_around = false;
+    for (double elapsed = 0.0; elapsed < 40.0; elapsed += kPeriod) {
+      const TickResult result = controller.step(measured, arms, states, false);
+      measured = {result.q, result.qd};
+      const TrajectoryTracking& tracking = controller.memory().tracking;
+      worst =
+          std::max(worst, (measured.q - tracking.at(tracking.time).q).cwiseAbs().cwiseQuotient(tolerance).maxCoeff());
+      nearest = std::min(nearest, result.clearance_margin + LocalParameters{}.damper.security_distance);
+      goes_around = goes_around || tracking.phase == TrackingPhase::kAround;
+      if (result.status != TickStatus::kReached) continue;
+      ++passed;
+      around += goes_around ? 1 : 0;
+      break;
+    }
+  }
+  std::cout << passed << " of " << cells << " passed, " << around << " of them around the box; deviation " << worst
+            << " of the tolerance, distance " << 1e3 * nearest << " mm\n";
+  EXPECT_LE(worst, 1.0);
+  EXPECT_GT(nearest, 0.0);
+  EXPECT_GT(around, 0);
 }
 
 TEST(TrajectoryTracking, GoesAroundWithoutPathTolerance) {
