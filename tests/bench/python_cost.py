@@ -1,21 +1,26 @@
 #!/usr/bin/env python3
 """What the Python package costs and whether it loses anything: goals to three arms, then calls as of an hour.
 
-usage: python_cost.py BUILD [--goals 1000] [--calls 36000]
+usage: python_cost.py BUILD [--goals 1000] [--calls 36000] [--minutes 20] [--kills 9]
 
-BUILD is the build folder, such as build/release. The script starts a cell of its own. An hour has 36,000 calls for each arm, as of
-a program that reads states ten times a second.
+BUILD is the build folder, such as build/release. The script starts a cell of its own, whose devices are simulated. An hour has
+36,000 calls for each arm, as of a program that reads states ten times a second. Then a program uses the cell for MINUTES of the
+clock: states and progress ten times a second, and each second goals or trajectories, obstacle edits and the status. At last the
+script kills the only planner of an arm and sends a trajectory at once. It measures the time until the next planner answers.
 """
 import argparse
 import collections
 import gc
+import json
 import os
 import pathlib
+import signal
+import subprocess
 import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from cell_cost import ROOT, resident_megabytes
 
 
 def prepare(build):
@@ -23,12 +28,6 @@ def prepare(build):
     os.environ.update(HECATON_BIN=str(build / "bin"), HECATON_SOURCE=str(ROOT), HECATON_ROBOTS=str(ROOT / "deploy/robots"),
                       HECATON_CELLS=str(ROOT / "deploy/cells"))
     sys.path[:0] = [str(build / "python"), str(ROOT / "tests/cell/python")]
-
-
-def resident():
-    """Resident memory of this process [kB]."""
-    with open("/proc/self/status", encoding="ascii") as status:
-        return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
 
 
 def cost(name, calls, call):
@@ -41,11 +40,66 @@ def cost(name, calls, call):
     print(f"{name}: median {took[len(took) // 2]:.1f} µs, p99 {took[len(took) * 99 // 100]:.1f} µs", flush=True)
 
 
+def use(cell, arms, poses, seconds):
+    """Uses the cell, and returns the resident memory at the end of each minute [MB]."""
+    import hecaton
+    import numpy as np
+    box = np.array([[x, y, z] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (-0.05, 0.05)])
+    times = np.linspace(0.0, 0.8, 9)
+    begin = time.monotonic()
+    goals, marks, outcomes = [], [], collections.Counter()
+    for tick in range(10 * int(seconds)):
+        for arm in arms:
+            arm.state()
+        for goal in goals:
+            goal.progress
+        if tick % 10 == 0:
+            outcomes.update(goal.wait(60, check=False).kind for goal in goals)
+            second = tick // 10
+            step = np.array([0.02 if second % 2 else 0.0, 0, 0, 0, 0, 0])
+            if second % 4 < 2:
+                goals = [arm.go_to(q + step) for arm, q in zip(arms, poses)]
+            else:
+                goals = [arm.follow(times, np.linspace(arm.state().q, q + step, 9)) for arm, q in zip(arms, poses)]
+            name = f"part{second % 8}"
+            if second % 16 < 8:
+                cell.world.add(name, hecaton.ConvexHull(box), hecaton.Pose.xyz(3.0, 3.0, 1.0))
+            else:
+                cell.world.remove(name)
+            cell.world.obstacles(60)
+            cell.status(60)
+            cell.faults()
+        if tick % 600 == 599:
+            gc.collect()
+            marks.append(round(resident_megabytes(), 1))
+            print(f"  minute {len(marks)}: {marks[-1]} MB, {sum(outcomes.values())} goals", flush=True)
+        time.sleep(max(0.0, begin + 0.1 * (tick + 1) - time.monotonic()))
+    print(f"{(time.monotonic() - begin) / 60:.1f} minutes of use: {dict(outcomes)}; resident after each [MB]: {marks}")
+
+
+def seconds_to_answer(cell, arm, programs, domain):
+    q = arm.state(60).q
+    status = subprocess.run([programs / "hecaton", "-o", "json", "status", "--domain", str(domain)], check=True,
+                            capture_output=True, text=True)
+    pid = next(node["pid"] for node in json.loads(status.stdout)["nodes"] if node["node"] == f"planner/{arm.name}")
+    os.kill(pid, signal.SIGKILL)
+    begin = time.monotonic()
+    goal = arm.follow([0.0, 1.0], [q, q])
+    while goal.progress is None:
+        time.sleep(0.01)
+    took = time.monotonic() - begin
+    goal.wait(120, check=False)
+    time.sleep(3.0)  # the agent restarts a process at once that has run for a while
+    return round(took, 2)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path, metavar="BUILD")
     parser.add_argument("--goals", type=int, default=1000)
     parser.add_argument("--calls", type=int, default=36000)
+    parser.add_argument("--minutes", type=float, default=20.0)
+    parser.add_argument("--kills", type=int, default=9)
     options = parser.parse_args()
     prepare(options.build.resolve())
     import numpy as np
@@ -69,24 +123,28 @@ def main():
                     outcomes.update(outcome.kind for outcome in cell.wait_all(goals, 120, check=False))
                     if i % 50 == 49:
                         gc.collect()
-                        marks.append(resident())
-                print(f"{sum(outcomes.values())} goals: {dict(outcomes)}; resident after each 150 [kB]: {marks}", flush=True)
+                        marks.append(round(resident_megabytes(), 1))
+                print(f"{sum(outcomes.values())} goals: {dict(outcomes)}; resident after each 150 [MB]: {marks}", flush=True)
                 gc.collect()
-                before = resident()
+                before = resident_megabytes()
                 begin = time.perf_counter()
                 for _ in range(options.calls):
                     for arm in arms:
                         arm.state()
                     arms[0].goal
                 gc.collect()
-                print(f"{options.calls * len(arms)} states in {time.perf_counter() - begin:.0f} s: resident {before} kB, then "
-                      f"{resident()} kB", flush=True)
+                print(f"{options.calls * len(arms)} states in {time.perf_counter() - begin:.0f} s: resident {before:.1f} MB, then "
+                      f"{resident_megabytes():.1f} MB", flush=True)
+                use(cell, arms, poses, 60 * options.minutes)
                 goal = arms[0].go_to(poses[0])
                 goal.wait(120)
                 cost("arm.state()", 5000, arms[0].state)
                 cost("goal.progress", 5000, lambda: goal.progress)
                 cost("arm.go_to(q)", 100, lambda: arms[0].go_to(poses[0]))
                 cost("cell.status()", 100, lambda: cell.status(60))
+                answers = [seconds_to_answer(cell, arms[i % len(arms)], options.build.resolve() / "bin", domain.number)
+                           for i in range(options.kills)]
+                print(f"answers after a killed planner [s]: {sorted(answers)}")
         finally:
             up.close()
             domain.close()

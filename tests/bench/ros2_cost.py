@@ -7,15 +7,10 @@ BIN is the folder of Hecaton's programs and of cyclone_peer, which needs Cyclone
 publishes the states of all arms, which move, every 2 ms. A program of another DDS vendor reads all topics; its payload counts.
 The latency is that from the arrival of an arm's state to the arrival of the joint states with the same positions.
 """
-import argparse
 import json
-import pathlib
 import subprocess
-import sys
-import tempfile
-import time
 
-from supervision_cost import ROOT, processor_seconds, resident_megabytes
+from cell_cost import Cost, for_each_size, resident_megabytes, running
 
 DOMAIN, ROS_DOMAIN = 41, 40
 MARKERS = "visualization_msgs::msg::MarkerArray"
@@ -29,45 +24,27 @@ def watched(seconds):
     return [f"rt{name},{kind},reliable,{count}" for name, kind, count in topics]
 
 
-def measure(programs, arms, seconds, folder):
-    cell = folder / f"grid{arms}.yaml"
-    subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "-o", cell], check=True)
+def measure(programs, cell, arms, seconds, folder, log):
     cell.write_text(cell.read_text() + f"network: {{domain: {DOMAIN}}}\nros2: {{domain: {ROS_DOMAIN}, control: true}}\n")
     name = next(line.split()[1] for line in cell.read_text().splitlines() if line.startswith("name:"))
     samples = folder / "samples.jsonl"
-    with open(folder / f"{arms}.log", "w") as log:
-        crowd = subprocess.Popen([programs / "supervision-crowd", cell], stderr=log)
-        bridge = subprocess.Popen([programs / "hecaton-ros2", cell], stderr=log)
-        try:
-            peer = [programs / "cyclone_peer", "watch", str(ROS_DOMAIN), "", samples]
-            subprocess.run([*peer, *watched(1)], check=True)
-            spent, at = processor_seconds(bridge.pid), time.monotonic()
-            subprocess.run([*peer, *watched(seconds)], check=True)
-            passed = time.monotonic() - at
-            spent = processor_seconds(bridge.pid) - spent
-            with open(samples) as lines:
-                payload = sum(len(json.loads(line)["cdr"]) // 2 for line in lines)
-            latency = subprocess.run([programs / "cyclone_peer", "latency", str(DOMAIN), name, "arm0", str(ROS_DOMAIN),
-                                      "rt/joint_states", "1000"], check=True, capture_output=True, text=True)
-            late = json.loads(latency.stdout)
-            print(f"{arms:5} {100 * spent / passed:8.1f} % {resident_megabytes(bridge.pid):6.0f} MB "
-                  f"{payload / passed / 1e3:8.0f} kB/s {late['p50_ms']:7.1f} {late['p99_ms']:6.1f} ms", flush=True)
-        finally:
-            for process in (bridge, crowd):
-                process.terminate()
-                process.wait()
+    peer = programs / "cyclone_peer"
+    watch = [peer, "watch", str(ROS_DOMAIN), "", samples]
+    with running(log, programs / "supervision-crowd", cell), running(log, programs / "hecaton-ros2", cell) as bridge:
+        subprocess.run([*watch, *watched(1)], check=True)
+        with Cost(bridge.pid) as cost:
+            subprocess.run([*watch, *watched(seconds)], check=True)
+        with open(samples) as lines:
+            payload = sum(len(json.loads(line)["cdr"]) // 2 for line in lines)
+        latency = subprocess.run([peer, "latency", str(DOMAIN), name, "arm0", str(ROS_DOMAIN), "rt/joint_states", "1000"],
+                                 check=True, capture_output=True, text=True)
+        late = json.loads(latency.stdout)
+        print(f"{arms:5} {100 * cost.share:8.1f} % {resident_megabytes(bridge.pid):6.0f} MB "
+              f"{payload / cost.seconds / 1e3:8.0f} kB/s {late['p50_ms']:7.1f} {late['p99_ms']:6.1f} ms", flush=True)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("programs", type=pathlib.Path, metavar="BIN")
-    parser.add_argument("--arms", default="3,30")
-    parser.add_argument("--seconds", type=float, default=20.0)
-    options = parser.parse_args()
-    print(f"{'arms':>5} {'processor':>10} {'memory':>9} {'payload':>13} {'latency p50':>7}, p99")
-    with tempfile.TemporaryDirectory(prefix="hecaton_cost_") as folder:
-        for arms in options.arms.split(","):
-            measure(options.programs.resolve(), int(arms), options.seconds, pathlib.Path(folder))
+    for_each_size(__doc__, "3,30", f"{'arms':>5} {'processor':>10} {'memory':>9} {'payload':>13} {'latency p50':>7}, p99", measure)
 
 
 if __name__ == "__main__":

@@ -196,6 +196,17 @@ TEST(TrajectoryTracking, FollowsTimeOptimalTrajectoriesOfSixJoints) {
   }
 }
 
+TEST(TrajectoryTracking, KeepsItsTimeWithSmallPathTolerances) {
+  for (const double tolerance : {0.003, 0.01, 0.1}) {
+    TrackingArm arm;
+    TimedTrajectory trajectory = trapezoid(true, false, 0.05);
+    trajectory.path_tolerance = joints({tolerance, tolerance});
+    arm.start(trajectory);
+    EXPECT_NEAR(arm.drive(10.0), trajectory.duration(), 0.03 * trajectory.duration()) << tolerance;
+    EXPECT_LT(arm.worst(), std::min(2e-3, tolerance));
+  }
+}
+
 // Two points demand a jump of the velocity, which no arm can make.
 TEST(TrajectoryTracking, BrakesBeforeTheEndOfPointsWithoutVelocities) {
   TrackingArm arm;
