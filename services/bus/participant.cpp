@@ -194,7 +194,9 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   if (participant == nullptr) {
     identities().give_back(port_number_);
     throw std::runtime_error(prefix + "cannot join domain " + std::to_string(domain) +
-                             (options.identity.empty() ? "" : " with the keys in " + options.identity.string()));
+                             (options.identity.empty() ? ""
+                                                       : " with the keys in " + options.identity.string() +
+                                                             "; its governance.p7s and permissions.p7s must allow it"));
   }
   filter_->open();
   dds::PublisherQos publisher_qos;

@@ -66,6 +66,7 @@ struct Participant::Impl : PeerListener {
   /// False for a term that leaps (kTermLeap) above every term that was admitted before. Thread-safe.
   [[nodiscard]] bool admits_term(std::uint64_t term);
   [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
+  [[nodiscard]] bool secured() const { return secured_; }  ///< it has keys
 
   const std::optional<std::chrono::system_clock::time_point> identity_expires;
 

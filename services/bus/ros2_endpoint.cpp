@@ -78,6 +78,11 @@ bool is_reader(const EndpointId& id) {
   return (id.bytes[15] & 0x04U) != 0;
 }
 
+[[noreturn]] void fail(const Participant::Impl& participant, const std::string& endpoint, const Wire& wire) {
+  throw std::runtime_error("bus: cannot create a " + endpoint + " of " + wire.name +
+                           (participant.secured() ? "; the participant's permissions.p7s must allow this topic" : ""));
+}
+
 /// A writer, and the readers that it has matched.
 class RawWriter : public dds::DataWriterListener {
  public:
@@ -90,7 +95,7 @@ class RawWriter : public dds::DataWriterListener {
     qos.endpoint().history_memory_policy = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
     announce_hash(qos, wire.hash);
     writer_ = participant_->publisher->create_datawriter(topic, qos, this);
-    if (writer_ == nullptr) throw std::runtime_error("bus: cannot create a writer of " + wire.name);
+    if (writer_ == nullptr) fail(*participant_, "writer", wire);
   }
   ~RawWriter() override {
     const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
@@ -188,7 +193,7 @@ class RawReader : public dds::DataReaderListener {
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_MEMORY_MODE;
     qos.resource_limits().allocated_samples = 1;
     reader_ = participant_->subscriber->create_datareader(topic, qos, this);
-    if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + wire.name);
+    if (reader_ == nullptr) fail(*participant_, "reader", wire);
   }
   ~RawReader() override {
     const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
@@ -240,10 +245,10 @@ class RawReader : public dds::DataReaderListener {
 
 }  // namespace
 
-ParticipantOptions participant_options() {
+ParticipantOptions participant_options(const std::string& enclave) {
   ParticipantOptions options;
   options.lease = kLease;
-  options.user_data = std::string("enclave=/;") + '\0';
+  options.user_data = "enclave=" + enclave + ";" + '\0';
   return options;
 }
 

@@ -18,8 +18,9 @@ namespace hecaton::bus::ros2 {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Options of a participant that ROS 2 nodes accept as one of theirs. Its name must be "/".
-[[nodiscard]] ParticipantOptions participant_options();
+/// Options of a participant that ROS 2 nodes accept as one of theirs. Its name must be that of its enclave, without
+/// keys "/".
+[[nodiscard]] ParticipantOptions participant_options(const std::string& enclave = "/");
 
 struct Topic {
   std::string name;  ///< "/joint_states"

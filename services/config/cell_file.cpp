@@ -260,11 +260,13 @@ CellFile read_cell(const YamlNode& tree, const YamlSource& source, const planner
   file.view = read_view(root, file.hosts);
   file.record = read_record(root, file.hosts);
   file.ros2 = read_ros2(root, file.hosts);
-  if (!file.keystore.empty() && file.ros2 && file.ros2->control) {
+  if (!file.keystore.empty() && file.ros2 && file.ros2->control && file.ros2->enclave.empty()) {
     root.at("ros2")
         .map(section::kRos2)
         .at("control")
-        .fail("false in a cell with security, because nodes of ROS 2 need no keys");
+        .fail(
+            "false in a cell with security, because nodes of ROS 2 need no keys, unless ros2.enclave has keys for "
+            "them");
   }
   file.cell.timing = read_timing(root);
   file.real_time = read_real_time(root);

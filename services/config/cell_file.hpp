@@ -161,6 +161,7 @@ struct Ros2 {
   std::string interface;                         ///< address or name of the network interface to use; empty: all
   double period = 0.02;                          ///< between two messages of joint states and transforms [s]
   bool control = false;                          ///< ROS 2 nodes may send goals and orders
+  std::string enclave;                           ///< folder of its keys in that domain; empty: an open domain
 };
 
 /// The content of a cell file.

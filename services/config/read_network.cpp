@@ -314,6 +314,7 @@ std::optional<Ros2> read_ros2(const MapView& root, const std::vector<Host>& host
   if (const auto interface = map.find("interface")) ros2.interface = read_interface(*interface);
   read_seconds(map, "period", {0.01, 1.0, "s"}, ros2.period);
   read_boolean(map, "control", ros2.control);
+  if (const auto enclave = map.find("enclave")) ros2.enclave = beside(enclave->file(), enclave->text());
   return ros2;
 }
 

@@ -49,7 +49,8 @@ inline const Section kTasks{"tasks",
                              "time_limit", "clutter", "areas", "spread", "mean_wait"}};
 inline const Section kTaskAreas{"tasks.areas", {}, true};
 inline const Section kClutter{"tasks.clutter", {"count", "smallest", "largest", "inner", "outer", "lowest", "highest"}};
-inline const Section kRos2{"ros2", {"domain", "distribution", "namespace", "host", "interface", "period", "control"}};
+inline const Section kRos2{
+    "ros2", {"domain", "distribution", "namespace", "host", "interface", "period", "control", "enclave"}};
 inline const Section kPose{"pose", {"xyz", "rpy"}};
 inline const Section kArmLimits{"arms[].limits", {"lower", "upper", "velocity", "acceleration"}};
 inline const Section kArmPoses{"arms[].poses", {}, true};

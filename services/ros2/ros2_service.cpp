@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/security/ros2_enclave.hpp"
 
 namespace hecaton::ros2 {
 namespace {
@@ -20,9 +22,17 @@ constexpr std::uint64_t kMarkerTicks = kMarkerPeriod / kLoopPeriod;
 constexpr std::uint64_t kStatusTicks = kStatusPeriod / kLoopPeriod;
 
 bus::Participant ros_participant(const config::CellFile& file) {
-  bus::ParticipantOptions options = bus::ros2::participant_options();
+  const std::string& folder = file.ros2->enclave;
+  services::Ros2Enclave enclave{"/", {}, {}};
+  if (!folder.empty()) enclave = services::read_ros2_enclave(folder);
+  bus::ParticipantOptions options = bus::ros2::participant_options(enclave.name);
   options.interfaces = services::interface_addresses(file, "ros2.interface", file.ros2->interface);
-  return {file.ros2->domain, "/", options};
+  if (!folder.empty()) {
+    options.identity = std::filesystem::absolute(folder);
+    options.identity_expires = enclave.expires;
+    options.revocations = enclave.revocations;
+  }
+  return {file.ros2->domain, enclave.name, options};
 }
 
 std::shared_ptr<client::Connection> connect(const config::CellFile& file, const services::ServiceOptions& options) {
@@ -77,9 +87,10 @@ Ros2Service::Ros2Service(const config::CellFile& file, const services::ServiceOp
       status_(Cell(connection_)) {}
 
 void Ros2Service::run() {
-  services::log_info(
-      "ros2 started",
-      {{"ros_domain", file_.ros2->domain}, {"namespace", file_.ros2->ns}, {"control", file_.ros2->control}});
+  services::log_info("ros2 started", {{"ros_domain", file_.ros2->domain},
+                                      {"namespace", file_.ros2->ns},
+                                      {"control", file_.ros2->control},
+                                      {"enclave", file_.ros2->enclave}});
   publisher_.publish_descriptions();
   while (loop_.next()) {
     static_cast<void>(mailbox_.take_events());

@@ -193,6 +193,25 @@ void write_signed(const fs::path& file, const std::string& document, X509* signe
   write_file(file, pem([&](BIO* bio) { return SMIME_write_PKCS7(bio, pkcs7.get(), input.get(), kFlags); }, file));
 }
 
+std::string read_signed(const fs::path& file, X509* authority) {
+  const std::string content = read_file(file);
+  BIO* detached = nullptr;
+  const Signed pkcs7(SMIME_read_PKCS7(memory(content).get(), &detached));
+  const Bio text(detached);
+  if (pkcs7 == nullptr || text == nullptr) fail(file, "is no document with a signature (S/MIME)");
+  const std::unique_ptr<STACK_OF(X509), void (*)(STACK_OF(X509)*)> signers(sk_X509_new_null(),
+                                                                           [](auto* all) { sk_X509_free(all); });
+  const Bio document(BIO_new(BIO_s_mem()));
+  // As the middleware does it: only this certificate counts, not one that the document carries.
+  constexpr int kFlags = PKCS7_TEXT | PKCS7_NOVERIFY | PKCS7_NOINTERN;
+  if (sk_X509_push(signers.get(), authority) == 0 ||
+      PKCS7_verify(pkcs7.get(), signers.get(), nullptr, text.get(), document.get(), kFlags) != 1) {
+    ERR_clear_error();
+    throw KeystoreError(file.string() + ": is not signed by permissions_ca.cert.pem beside it");
+  }
+  return text_of(document.get());
+}
+
 GuidBeginning beginning_of(const std::string& name, const fs::path& file) {
   const std::unique_ptr<X509_NAME, Free<X509_NAME_free>> subject(X509_NAME_new());
   if (!add_common_name(subject.get(), name)) fail(file, "no subject can be made");

@@ -70,6 +70,9 @@ void write_file(const std::filesystem::path& file, std::string_view content);
 /// Signs a document as S/MIME with the text beside its signature, as DDS Security wants it.
 void write_signed(const std::filesystem::path& file, const std::string& document, X509* signer, EVP_PKEY* key);
 
+/// The document that the authority has signed, as write_signed() does.
+[[nodiscard]] std::string read_signed(const std::filesystem::path& file, X509* authority);
+
 /// The revoked certificates of the authority; empty: there is no list. Throws when the authority has not signed it.
 [[nodiscard]] RevocationList read_revocations(const std::filesystem::path& file, X509* authority);
 /// Signs and writes `list` with these serial numbers (hexadecimal) beside those that it has; null: a new list.

@@ -27,10 +27,26 @@ constexpr std::chrono::seconds kLong{60};
 
 class RosPeer {
  public:
-  /// `identifier`: unique in this process; those of the bus, such as the client of the cell, are lower.
-  explicit RosPeer(int domain, int identifier = 100) {
+  /// `identifier`: unique in this process; those of the bus, such as the client of the cell, are lower. `enclave`:
+  /// folder of its keys, as rmw_fastrtps takes them; empty: none.
+  explicit RosPeer(int domain, int identifier = 100, const std::string& enclave = "") {
     dds::DomainParticipantQos qos;
     qos.name("/");
+    const auto set = [&](const std::string& key, const std::string& value) {
+      qos.properties().properties().emplace_back("dds.sec." + key, value);
+    };
+    if (!enclave.empty()) {
+      const std::string folder = "file://" + enclave + "/";
+      set("auth.plugin", "builtin.PKI-DH");
+      set("auth.builtin.PKI-DH.identity_ca", folder + "identity_ca.cert.pem");
+      set("auth.builtin.PKI-DH.identity_certificate", folder + "cert.pem");
+      set("auth.builtin.PKI-DH.private_key", folder + "key.pem");
+      set("access.plugin", "builtin.Access-Permissions");
+      set("access.builtin.Access-Permissions.permissions_ca", folder + "permissions_ca.cert.pem");
+      set("access.builtin.Access-Permissions.governance", folder + "governance.p7s");
+      set("access.builtin.Access-Permissions.permissions", folder + "permissions.p7s");
+      set("crypto.plugin", "builtin.AES-GCM-GMAC");
+    }
     qos.wire_protocol().participant_id = identifier;
     participant = dds::DomainParticipantFactory::get_instance()->create_participant(
         static_cast<dds::DomainId_t>(domain), qos, nullptr, dds::StatusMask::none());

@@ -40,7 +40,7 @@ supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_
                          arm_failed: automatic}}
 timing: {control_period: 8ms, driver_period: 1ms, world_period: 4ms, command_timeout: 40 ms, real_time: true}
 geometry: exact
-ros2: {domain: 3, distribution: humble, namespace: /cell/a, host: beta, interface: eth2, period: 50ms, control: false}
+ros2: {domain: 3, distribution: humble, namespace: /cell/a, host: beta, interface: eth2, period: 50ms, control: false, enclave: ros/hecaton}
 tasks: {frame: base, centre: [1, 2, 3], radius: 0.5, half_height: 0.25, posture: home, conflicting: all,
         time_limit: 0.5min,
         clutter: {count: 3, smallest: 0.1, largest: 0.2, inner: 0.4, outer: 0.8, lowest: -0.5, highest: 0.5}}
@@ -194,6 +194,7 @@ TEST_F(EveryKeyTest, Ros2) {
   EXPECT_EQ(file_.ros2->interface, "eth2");
   EXPECT_DOUBLE_EQ(file_.ros2->period, 0.05);
   EXPECT_FALSE(file_.ros2->control) << "see KeystoreTest";
+  EXPECT_EQ(file_.ros2->enclave, std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/ros/hecaton");
 }
 
 TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
@@ -570,7 +571,7 @@ TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
   }
 }
 
-TEST(KeystoreTest, IsBesideTheCellFileAndExcludesOrdersOfRos2) {
+TEST(KeystoreTest, IsBesideTheCellFileAndExcludesOrdersOfOpenRos2) {
   const std::string text = "name: tiny\narms: [{name: one, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}]\n";
   const std::string keys = "security: {keystore: keys}\n";
   const std::string orders = "ros2: {control: true}\n";
@@ -578,6 +579,8 @@ TEST(KeystoreTest, IsBesideTheCellFileAndExcludesOrdersOfRos2) {
   EXPECT_EQ(parse_cell_file(text + keys, kKeyFile).keystore, std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/keys");
   EXPECT_TRUE(parse_cell_file(text + orders, kKeyFile).ros2->control);
   EXPECT_THROW(static_cast<void>(parse_cell_file(text + keys + orders, kKeyFile)), ConfigError);
+  const std::string locked = "ros2: {control: true, enclave: ros/hecaton}\n";
+  EXPECT_TRUE(parse_cell_file(text + keys + locked, kKeyFile).ros2->control);
 }
 
 TEST(SharedMemoryTest, IsAllowedForOneHost) {
