@@ -279,8 +279,11 @@ void GoalManager::progress(const Progress& progress, Clock::time_point now) {
   if (awaits_trajectory()) {
     active.last.trajectory.reset();
     if (!active.awaiting_since) active.awaiting_since = now;
-    const auto why = make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {},
-                                "this planner has not received the trajectory of the goal from its client again");
+    const auto why =
+        make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {},
+                   "this planner has not received the trajectory of the goal from its client again, for which "
+                   "it waits " +
+                       std::to_string(std::chrono::seconds(kTrajectoryTime).count()) + " s");
     if (now - *active.awaiting_since > kTrajectoryTime) return end_active(msg::GoalState::GOAL_CANCELLED, why, now);
     if (now - active.reported >= kStatusPeriod) add_active_status(msg::GoalState::GOAL_BLOCKED, why, now);
     return;

@@ -222,6 +222,13 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
       return end(TrajectoryCode::kInvalidGoal, "the planner rejects the trajectory" + because);
     case GoalReport::kLeftPath:
       return end(TrajectoryCode::kPathTolerance, input.reason);
+    case GoalReport::kUnanswered:
+      if (elapsed_ > kAnswerTime) {
+        return end(TrajectoryCode::kInvalidGoal, "no planner of the arm has answered the trajectory for " +
+                                                     rounded(kAnswerTime) +
+                                                     " s; `hecaton status` shows whether one runs");
+      }
+      [[fallthrough]];
     case GoalReport::kUnderWay:
       if (order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
         return end(TrajectoryCode::kGoalTolerance,

@@ -61,12 +61,16 @@ class TrajectoryFollower {
 
   /// What the planner says about the goal.
   enum class GoalReport {
-    kUnderWay,  ///< or not answered yet
+    kUnderWay,
+    kUnanswered,  ///< no planner has reported anything yet
     kReached,
     kRejected,  ///< the planner rejects the trajectory
     kLeftPath,  ///< the planner has ended the goal: a joint is outside its path tolerance
     kLost,      ///< the goal ended otherwise: another client has replaced it, for instance
   };
+  /// A trajectory ends when no planner has answered it for this long [s]. The agent restarts a planner that has failed;
+  /// until it answers, some seconds pass (docs/results.md, "ROS 2 and Python").
+  static constexpr double kAnswerTime = 10.0;
   struct Input {
     planner::JointVector q;  ///< measured [rad | m]
     double dt;               ///< since the last call [s]

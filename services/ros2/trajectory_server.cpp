@@ -350,6 +350,7 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   active_->updated = now;
   bool over = !active_->goal;
   const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  if (!progress && !active_->restored) input.report = TrajectoryFollower::GoalReport::kUnanswered;
   if (!progress && active_->restored && now > restored_ + kPlannerReport) {
     over = true;
     input.report = TrajectoryFollower::GoalReport::kLost;

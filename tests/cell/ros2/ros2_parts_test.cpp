@@ -316,6 +316,24 @@ TEST(Ros2Trajectory, SucceedsWhenThePlannerHasReachedItsEnd) {
   EXPECT_EQ(end->code, TrajectoryCode::kSuccessful);
 }
 
+TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
+  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 60.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.dt = 0.5;
+  input.report = TrajectoryFollower::GoalReport::kUnanswered;
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(follower.update(input)) << i;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos)
+      << end->text;
+
+  TrajectoryFollower answered = follower_of(ramp(north().home(), 0.8, 60.0));
+  EXPECT_FALSE(answered.update(input));
+  input.report = TrajectoryFollower::GoalReport::kUnderWay;
+  for (int i = 0; i < 40; ++i) EXPECT_FALSE(answered.update(input)) << i;
+}
+
 TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
   auto goal = ramp(north().home(), 0.8, 4.0);
   goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
