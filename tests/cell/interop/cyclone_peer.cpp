@@ -166,7 +166,8 @@ struct Watch {
     }
     const Type& of = kTypes.at(type);
     out << Json{{"topic", topic}, {"type", type}, {"cdr", hex}, {"value", of.decode(*of.descriptor, data)}} << '\n';
-    ++seen;
+    constexpr std::size_t kTold = 1000;
+    if (++seen % kTold == 0) std::fprintf(stderr, "%s: %zu samples\n", topic.c_str(), seen);  // a test waits for a sign
   }
 };
 

@@ -61,6 +61,11 @@ class SecondVendor : public testing::Test {
     options.domain = domain_->number();
     return Cell::connect(options, kPatience);
   }
+  /// HECATON_MESSAGES=10000 for the long run.
+  [[nodiscard]] static std::string wanted(const char* usual) {
+    const char* given = std::getenv("HECATON_MESSAGES");
+    return given == nullptr ? usual : given;
+  }
   /// Lets the other vendor's program watch topics in a domain, and returns how a third decoder judges what it has read.
   static void watch(int domain, const std::string& partition, const std::vector<std::string>& topics, Json& judged) {
     const std::string page = kBin + "../services/view/page";
@@ -117,9 +122,7 @@ TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
   std::vector<Goal> goals;
   for (const char* arm : {"north", "west", "east"}) goals.push_back(cell.arm(arm).go_to("home"));
   Json judged;
-  // Of the fast topics; HECATON_MESSAGES=10000 for the long run.
-  const char* given = std::getenv("HECATON_MESSAGES");
-  const std::string count = given == nullptr ? "1000" : given;
+  const std::string count = wanted("1000");  // of the fast topics
   watch(ros_domain_->number(), "",
         {"rt/cell/joint_states,sensor_msgs::msg::JointState,reliable," + count,
          "rt/cell/north/joint_states,sensor_msgs::msg::JointState,reliable," + count,
@@ -137,6 +140,44 @@ TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
   if (judged.is_null()) return;
   EXPECT_EQ(judged.at("messages").size(), 13U);
   EXPECT_GE(judged.at("messages").at("rt/cell/joint_states"), std::stoi(count));
+  std::cout << judged.at("messages").dump() << '\n';
+  EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
+}
+
+// The service's own publisher, with random states instead of a cell: as many messages of the slow topics and of those
+// that a cell publishes once.
+TEST_F(SecondVendor, ReadsRandomMessagesOfEachTopicOfRos2) {
+  const FreeDomain domain;
+  const std::string cell = folder_->write(
+      "random.yaml",
+      "name: random\nros2: {domain: " + std::to_string(domain.number()) +
+          ", namespace: /cell}\narms:\n  - {name: north, urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}\n"
+          "  - {name: south, urdf: urdf/planar_3r.urdf, base: {xyz: [9, 0, 0]}, poses: {home: [0, 1, 0]}}\n");
+  Process burst({kBin + "ros2_burst", cell});
+  const std::string count = wanted("300");
+  std::vector<std::string> topics;
+  const auto add = [&](const std::string& topic, const std::string& type, const std::string& delivery = "reliable") {
+    topics.push_back("rt/" + topic + "," + type + "," + delivery + "," + count);
+  };
+  add("cell/joint_states", "sensor_msgs::msg::JointState");
+  add("tf", "tf2_msgs::msg::TFMessage");
+  add("tf_static", "tf2_msgs::msg::TFMessage", "latched");
+  add("clock", "rosgraph_msgs::msg::Clock", "best_effort");
+  add("diagnostics", "diagnostic_msgs::msg::DiagnosticArray");
+  add("cell/robot_description", "std_msgs::msg::String", "latched");
+  for (const std::string arm : {"north", "south"}) {
+    add("cell/" + arm + "/joint_states", "sensor_msgs::msg::JointState");
+    add("cell/" + arm + "/status", "diagnostic_msgs::msg::DiagnosticStatus");
+    add("cell/" + arm + "/robot_description", "std_msgs::msg::String", "latched");
+  }
+  for (const std::string name : {"obstacles", "goals", "plans", "binding_pairs"}) {
+    add("cell/hecaton/" + name, "visualization_msgs::msg::MarkerArray");
+  }
+  Json judged;
+  watch(domain.number(), "", topics, judged);
+  if (judged.is_null()) return;
+  EXPECT_EQ(judged.at("messages").size(), topics.size());
+  for (const auto& [topic, seen] : judged.at("messages").items()) EXPECT_GE(seen, std::stoi(count)) << topic;
   std::cout << judged.at("messages").dump() << '\n';
   EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
 }

@@ -22,7 +22,9 @@ const plain = (value) => JSON.parse(JSON.stringify(value, (_, item) =>
   typeof item === "bigint" ? item.toString() : ArrayBuffer.isView(item) ? [...item] : item));
 
 const result = { messages: {}, differences: 0, first: "" };
+let lines = 0;
 for await (const line of createInterface({ input: createReadStream(samples) })) {
+  if (++lines % 10000 === 0) console.error(`${lines} samples`);  // a test waits for a sign
   const { topic, type, cdr, value } = JSON.parse(line);
   if (!readers.has(type)) readers.set(type, new MessageReader(type, definitions));
   const other = plain(readers.get(type).readMessage(Buffer.from(cdr, "hex")));

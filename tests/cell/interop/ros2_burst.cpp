@@ -1,0 +1,232 @@
+/// The publisher of hecaton-ros2 with random states of a cell instead of a cell, far faster than a cell: for decoders
+/// of other vendors.
+///
+/// usage: ros2_burst CELL
+///
+/// It publishes all topics 200 times a second in the domain ros2.domain of the cell file, until it is ended.
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "planner/local/random.hpp"
+#include "planner/model/convex_hull.hpp"
+#include "services/bus/ros2_endpoint.hpp"
+#include "services/config/cell_file.hpp"
+#include "services/messages/convert.hpp"
+#include "services/ros2/cell_publisher.hpp"
+
+namespace {
+
+using namespace hecaton;
+
+constexpr std::chrono::milliseconds kPeriod{5};
+
+class RandomCell {
+ public:
+  explicit RandomCell(const std::string& path) : file_(config::load_cell_file(path)), view_(file_.cell) {}
+
+  [[nodiscard]] const config::CellFile& file() const { return file_; }
+  [[nodiscard]] ros2::CellView& view() { return view_; }
+
+  /// New states of everything; also other bases of the arms.
+  void change() {
+    ++number_;
+    for (planner::PlannedArm& planned : file_.cell.arms) {
+      planned.arm.X_WB = pose();
+      view_.apply(received(state(planned.arm)));
+      view_.apply(received(goal(planned.arm)));
+    }
+    view_.apply(received(obstacles()));
+    view_.apply(received(coupled_plan()));
+  }
+  [[nodiscard]] std::vector<ros2::OrderedPath> paths() {
+    std::vector<ros2::OrderedPath> all;
+    for (const planner::PlannedArm& planned : file_.cell.arms) {
+      ros2::OrderedPath path{planned.arm.name, {}};
+      for (int i = count(20); i >= 0; --i) path.points.push_back(joints(planned.arm));
+      all.push_back(path);
+    }
+    return all;
+  }
+  [[nodiscard]] CellStatus status() {
+    CellStatus status;
+    status.cell = file_.cell.name;
+    status.mode = count(2) == 0 ? CellMode::kRun : CellMode::kHold;
+    status.cause = {CauseKind::kHoldOrdered, text(), text()};
+    for (int i = count(12); i > 0; --i) {
+      NodeStatus& node = status.nodes.emplace_back();
+      node.name = text();
+      node.host = text();
+      node.state = static_cast<NodeState>(count(3));
+      node.alive = count(2) == 0;
+      node.cause = {CauseKind::kNone, "", count(2) == 0 ? "" : text()};
+      node.age = Seconds(random_.uniform(-1.0, 100.0));
+    }
+    for (int i = count(6); i > 0; --i) {
+      status.faults.push_back(
+          {text(), static_cast<Severity>(count(3)), {CauseKind::kHoldOrdered, text(), text()}, count(2) == 0});
+    }
+    return status;
+  }
+  [[nodiscard]] ros2::SceneReport scenes() {
+    ros2::SceneReport report{random_.next() % 1000, random_.next() % 1000, {}};
+    if (count(2) == 0) report.refusal = text();
+    return report;
+  }
+
+ private:
+  template <class T>
+  static bus::Sample<T> received(T value) {
+    bus::Sample<T> sample;
+    sample.value = std::move(value);
+    sample.received = bus::Clock::now();
+    return sample;
+  }
+  /// 0 to `below` − 1.
+  int count(int below) { return static_cast<int>(random_.next() % static_cast<std::uint64_t>(below)); }
+  double number() { return std::ldexp(random_.normal(), count(20) - 10); }
+  /// Of 0 to 40 letters of one to three bytes.
+  std::string text() {
+    constexpr const char* kLetters[] = {"a", "B", "7", " ", "/", "\"", "\\", "–", "ü", "π", "→"};
+    std::string text;
+    for (int i = count(41); i > 0; --i) text += kLetters[count(11)];
+    return text;
+  }
+  world::Pose pose() {
+    world::Pose X;
+    X.translation() = Eigen::Vector3d(number(), number(), number());
+    X.linear() = Eigen::Quaterniond(random_.normal(), random_.normal(), random_.normal(), random_.normal())
+                     .normalized()
+                     .toRotationMatrix();
+    return X;
+  }
+  planner::JointVector joints(const planner::Arm& arm) {
+    return planner::JointVector::NullaryExpr(arm.model->joints(), [&] { return random_.uniform(-3.0, 3.0); });
+  }
+
+  world::Shape hull() {
+    std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(4 + count(20)));
+    for (auto& point : points) point = Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+    return world::Convex{std::make_shared<const world::ConvexHull>(planner::convex_hull(points).value())};
+  }
+
+  msg::ArmState state(const planner::Arm& arm) {
+    msg::ArmState state;
+    state.arm(arm.name);
+    state.mode(static_cast<msg::ArmMode>(count(4)));
+    state.q(messages::to_message(joints(arm)));
+    for (int j = 0; j < arm.model->joints(); ++j) state.qd().push_back(number());
+    state.carried(text());
+    state.cause().text(text());
+    return state;
+  }
+  msg::GoalStatus goal(const planner::Arm& arm) {
+    msg::GoalStatus goal;
+    goal.arm(arm.name);
+    goal.sequence_number(number_);
+    goal.stamp_ns(static_cast<std::int64_t>(number_));
+    goal.goal(text());
+    goal.state(count(2) == 0 ? msg::GoalState::GOAL_ACTIVE : msg::GoalState::GOAL_BLOCKED);
+    goal.cause().kind(static_cast<msg::CauseKind>(count(10)));
+    goal.cause().text(text());
+    goal.has_binding(count(4) > 0);
+    goal.binding_own(arm.name + "/" + arm.model->links.back().name);
+    goal.binding_other(count(2) == 0 ? "o0" : text());
+    goal.binding_distance(number());
+    goal.distance_to_goal(number());
+    goal.blocked_duration(number());
+    if (count(8) > 0) goal.q_goal(messages::to_message(joints(arm)));
+    return goal;
+  }
+  msg::ObstacleStates obstacles() {
+    msg::ObstacleStates states;
+    for (int i = count(6); i >= 0; --i) {
+      world::Obstacle obstacle;
+      obstacle.name = "o" + std::to_string(i);
+      for (int k = count(3); k >= 0; --k) {
+        world::PlacedShape& placed = obstacle.shapes.emplace_back();
+        const auto size = [&] { return random_.uniform(0.01, 2.0); };
+        switch (count(5)) {
+          case 0:
+            placed.shape = world::Sphere{size()};
+            break;
+          case 1:
+            placed.shape = world::Box{{size(), size(), size()}};
+            break;
+          case 2:
+            placed.shape = world::Cylinder{size(), size()};
+            break;
+          case 3:
+            placed.shape = world::Capsule{size(), size()};
+            break;
+          default:
+            placed.shape = hull();
+        }
+        placed.X_BS = pose();
+      }
+      obstacle.X_WO = pose();
+      view_.set_shapes(obstacle.name, messages::to_message(obstacle));
+      msg::ObstacleState& state = states.states().emplace_back();
+      state.name(obstacle.name);
+      state.X_WO(messages::to_message(obstacle.X_WO));
+    }
+    return states;
+  }
+  msg::CoupledPlan coupled_plan() {
+    msg::CoupledPlan plan;
+    plan.arm(file_.cell.arms.front().arm.name);
+    plan.points(static_cast<std::uint32_t>(count(10)));
+    for (const planner::PlannedArm& planned : file_.cell.arms) plan.arms().push_back(planned.arm.name);
+    for (std::uint32_t point = 0; point < plan.points(); ++point) {
+      for (const planner::PlannedArm& planned : file_.cell.arms) {
+        for (const double q : joints(planned.arm)) plan.q().push_back(q);
+      }
+    }
+    return plan;
+  }
+
+  config::CellFile file_;
+  ros2::CellView view_;
+  planner::Random random_{1};
+  std::uint64_t number_ = 0;
+};
+
+void publish(const std::string& path) {
+  RandomCell cell(path);
+  bus::Participant participant(cell.file().ros2->domain, "/", bus::ros2::participant_options());
+  ros2::CellPublisher publisher(cell.file(), participant);
+  for (auto next = bus::Clock::now();; next += kPeriod) {
+    cell.change();
+    const auto now = bus::Clock::now();
+    publisher.publish_descriptions();
+    publisher.publish_states(cell.view(), now);
+    publisher.publish_arm_status(cell.view(), now);
+    publisher.publish_markers(cell.view(), cell.paths());
+    const CellStatus status = cell.status();
+    publisher.publish_diagnostics(&status, "", cell.scenes());
+    std::this_thread::sleep_until(next);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: ros2_burst CELL\n", stderr);
+    return 2;
+  }
+  try {
+    publish(argv[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
