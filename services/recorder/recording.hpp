@@ -51,7 +51,7 @@ struct RecordedSample {
 class Recording {
  public:
   static constexpr std::chrono::seconds kFlush{1};    ///< a sample is on the disk after this time at most
-  static constexpr std::size_t kMostChannels = 4096;  ///< further writers of a file share a channel of their topic
+  static constexpr std::size_t kMostChannels = 32768;  ///< further writers of a file share a channel of their topic
   /// Name of the attachment that a recording of a simulation has.
   static constexpr std::string_view kSimulation = "simulation.json";
   static constexpr std::string_view kReport = "recorder/report";        ///< JSON: figures and losses so far
