@@ -11,11 +11,11 @@ import argparse
 import json
 import pathlib
 import subprocess
-import sys
 import tempfile
 import time
 
-from supervision_cost import ROOT, processor_seconds, resident_megabytes
+from cost_cells import grid_cell, running
+from supervision_cost import processor_seconds, resident_megabytes
 
 DOMAIN, ROS_DOMAIN = 41, 40
 MARKERS = "visualization_msgs::msg::MarkerArray"
@@ -30,32 +30,24 @@ def watched(seconds):
 
 
 def measure(programs, arms, seconds, folder):
-    cell = folder / f"grid{arms}.yaml"
-    subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "-o", cell], check=True)
-    cell.write_text(cell.read_text() + f"network: {{domain: {DOMAIN}}}\nros2: {{domain: {ROS_DOMAIN}, control: true}}\n")
+    cell = grid_cell(folder, arms, f"network: {{domain: {DOMAIN}}}\nros2: {{domain: {ROS_DOMAIN}, control: true}}\n")
     name = next(line.split()[1] for line in cell.read_text().splitlines() if line.startswith("name:"))
     samples = folder / "samples.jsonl"
-    with open(folder / f"{arms}.log", "w") as log:
-        crowd = subprocess.Popen([programs / "supervision-crowd", cell], stderr=log)
-        bridge = subprocess.Popen([programs / "hecaton-ros2", cell], stderr=log)
-        try:
-            peer = [programs / "cyclone_peer", "watch", str(ROS_DOMAIN), "", samples]
-            subprocess.run([*peer, *watched(1)], check=True)
-            spent, at = processor_seconds(bridge.pid), time.monotonic()
-            subprocess.run([*peer, *watched(seconds)], check=True)
-            passed = time.monotonic() - at
-            spent = processor_seconds(bridge.pid) - spent
-            with open(samples) as lines:
-                payload = sum(len(json.loads(line)["cdr"]) // 2 for line in lines)
-            latency = subprocess.run([programs / "cyclone_peer", "latency", str(DOMAIN), name, "arm0", str(ROS_DOMAIN),
-                                      "rt/joint_states", "1000"], check=True, capture_output=True, text=True)
-            late = json.loads(latency.stdout)
-            print(f"{arms:5} {100 * spent / passed:8.1f} % {resident_megabytes(bridge.pid):6.0f} MB "
-                  f"{payload / passed / 1e3:8.0f} kB/s {late['p50_ms']:7.1f} {late['p99_ms']:6.1f} ms", flush=True)
-        finally:
-            for process in (bridge, crowd):
-                process.terminate()
-                process.wait()
+    with open(folder / f"{arms}.log", "w") as log, running(log, [programs / "supervision-crowd", cell],
+                                                           [programs / "hecaton-ros2", cell]) as (_, bridge):
+        peer = [programs / "cyclone_peer", "watch", str(ROS_DOMAIN), "", samples]
+        subprocess.run([*peer, *watched(1)], check=True)
+        spent, at = processor_seconds(bridge.pid), time.monotonic()
+        subprocess.run([*peer, *watched(seconds)], check=True)
+        passed = time.monotonic() - at
+        spent = processor_seconds(bridge.pid) - spent
+        with open(samples) as lines:
+            payload = sum(len(json.loads(line)["cdr"]) // 2 for line in lines)
+        latency = subprocess.run([programs / "cyclone_peer", "latency", str(DOMAIN), name, "arm0", str(ROS_DOMAIN),
+                                  "rt/joint_states", "1000"], check=True, capture_output=True, text=True)
+        late = json.loads(latency.stdout)
+        print(f"{arms:5} {100 * spent / passed:8.1f} % {resident_megabytes(bridge.pid):6.0f} MB "
+              f"{payload / passed / 1e3:8.0f} kB/s {late['p50_ms']:7.1f} {late['p99_ms']:6.1f} ms", flush=True)
 
 
 def main():
