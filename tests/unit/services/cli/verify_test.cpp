@@ -69,7 +69,7 @@ std::uint64_t expect_all_equal(const std::string& path, std::uint64_t ticks) {
 /// The ticks that stand in a copy in place of one.
 using Replacement = std::function<std::vector<msg::PlannerTick>(const msg::PlannerTick&)>;
 
-/// Copies the messages of the cell. `keep_writers`: else the channels do not tell who has written them.
+/// Copies the messages of the cell. `keep_writers`: else the channels have no metadata.
 void rewrite(const std::string& from, const std::string& to, const Replacement& replace, bool keep_writers = true) {
   using namespace recorder;
   McapWriter writer(to, "hecaton");
