@@ -295,8 +295,9 @@ TEST_F(LivePage, ShowsStatesWaysSectionsAndAStaleArmInABrowser) {
       {node, page + "/test/browser.mjs", "http://127.0.0.1:" + std::to_string(port()) + "/", browser, picture()});
   {
     const Mover mover([this](const auto& words) { return run(words).code; }, {"north"});
-    ASSERT_TRUE(test.wait_for_output("stop the driver")) << test.out() << test.err();
+    ASSERT_TRUE(test.wait_for_output("let the arms rest")) << test.out() << test.err();
   }
+  ASSERT_TRUE(test.wait_for_output("stop the driver")) << test.out() << test.err();
   ASSERT_EQ(kill(driver, SIGSTOP), 0);
   const bool faded = test.wait_for_output("continue");
   ASSERT_EQ(kill(driver, SIGCONT), 0);
