@@ -69,7 +69,7 @@ BESIDE = {
     "view/foxglove": ["services/messages", "services/ros2_messages", "services/view", "planner", "planner/model", "world/model"],
     "ros2_messages": ["services/messages", "planner", "planner/model", "world/model"],
     "ros2": ["services/client", "services/ros2_messages", "services/messages", "planner", "planner/model", "planner/trajectory", "world/model"],
-    "recorder": [],
+    "recorder": ["services/view"],  # its ROS 2 topics show the state of a cell
     "tick_log": ["services/messages", "planner", "planner/arm_planner", "planner/local", "planner/model", "world/model"],
     "replay": ["services/recorder", "services/view", "services/messages", "services/ros2_messages", "services/tick_log", "planner", "planner/arm_planner"],
     # what the nodes of a live cell would publish: made by their own code

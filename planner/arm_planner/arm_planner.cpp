@@ -1,8 +1,24 @@
 #include "planner/arm_planner/arm_planner.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace hecaton::planner {
+namespace {
+
+/// The rest of a trajectory in steps of kWayStep, or in kMostSteps longer ones.
+std::vector<JointVector> rest_of(const TrajectoryTracking& tracking) {
+  constexpr double kWayStep = 0.1;  // [s]
+  constexpr double kMostSteps = 48;
+  const double left = std::max(0.0, tracking.trajectory->duration() - tracking.time);
+  const double step = std::max(kWayStep, left / kMostSteps);
+  std::vector<JointVector> points;
+  for (double ahead = step; ahead < left; ahead += step) points.push_back(tracking.at(tracking.time + ahead).q);
+  points.push_back(tracking.trajectory->end());
+  return points;
+}
+
+}  // namespace
 
 ArmPlanner::ArmPlanner(CellGeometry geometry, const LocalParameters& parameters, const ArmPlannerOptions& options)
     : controller_(std::move(geometry), parameters, options.control_period, options.motion_seed),
@@ -59,6 +75,15 @@ SearchQuestions ArmPlanner::plan_ahead(const PeriodInputs& inputs, const TickRes
     questions.route = std::move(next.question);
   }
   return questions;
+}
+
+std::vector<JointVector> ArmPlanner::way() const {
+  if (coordinator_.participating()) return coordinator_.left();
+  if (!controller_.has_goal()) return {};
+  const auto route = controller_.route().left();
+  if (!route.empty()) return {route.begin(), route.end()};
+  if (controller_.tracks()) return rest_of(controller_.memory().tracking);
+  return {*controller_.goal()};
 }
 
 void ArmPlanner::describe(MemoryArchive& archive) {

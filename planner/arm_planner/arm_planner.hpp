@@ -78,6 +78,9 @@ class ArmPlanner {
   /// The arm's proposal, to be published; null: none.
   [[nodiscard]] const std::shared_ptr<const CoupledPlan>& proposal() const { return coordinator_.proposal(); }
   [[nodiscard]] const CoupledPlanProgress& progress() const { return coordinator_.progress(); }
+  /// Points that the arm goes through next, up to its target: of its coupled plan, its route or its trajectory, else
+  /// the goal alone [rad | m]. Dampers and the right of way may lead it elsewhere. Empty: it has no target. Allocates.
+  [[nodiscard]] std::vector<JointVector> way() const;
   /// The arm is blocked and its rollouts are running.
   [[nodiscard]] bool awaiting_rollout() const { return rollouts_.awaiting_rollout(); }
 

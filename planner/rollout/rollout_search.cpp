@@ -146,6 +146,12 @@ void RolloutSearch::start_candidate() {
   cell_.begin(question_.arms, question_.obstacles, question_.accelerations,
               question_.lookahead ? kLookaheadStep : kStep);
   hecaton::planner::begin(manoeuvre_, cell_.arm(own_).memory);
+  path_.assign(1, cell_.arm(own_).q);
+}
+
+void RolloutSearch::note_path() {
+  const double due = kRolloutPathStep * static_cast<double>(path_.size()) - 1e-9;  // steps add up with rounding
+  if (path_.size() < kMostRolloutPoints && cell_.time() >= due) path_.push_back(cell_.arm(own_).q);
 }
 
 /// Violation of the tolerated margin by arm i, in units of dₛ.
@@ -186,6 +192,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
   while (busy() && ticks > 0) {
     while (!finished() && ticks > 0) {
       cell_.step();
+      note_path();
       ticks -= cell_.arms();
       ticks_ += static_cast<std::uint64_t>(cell_.arms());
     }
@@ -196,6 +203,7 @@ std::optional<RolloutAnswer> RolloutSearch::advance(int ticks) {
       best_.manoeuvre = manoeuvre_;
       best_.cost = cost;
       best_.arrives = cell_.reached(own_) >= 0.0;
+      best_.path = path_;
     }
     // A danger of another arm counts, too: the own arm may block its escape.
     const bool well = question_.lookahead && candidate_ == 0 && dangers() <= 0.0;

@@ -28,7 +28,13 @@ struct RolloutAnswer {
   double cost = 0.0;  ///< sum of the expected arrival times of the simulated arms plus the cost of lost margins [s]
   double cost_of_continuing = 0.0;  ///< cost of kContinue [s]
   bool arrives = false;             ///< the own arm reaches its goal within the horizon
+  /// The own arm in that rollout: at the question, then every kRolloutPathStep or later [rad | m]. At most
+  /// kMostRolloutPoints. Only for people: no set-point depends on it.
+  std::vector<JointVector> path = {};
 };
+
+inline constexpr double kRolloutPathStep = 0.1;  ///< [s]
+inline constexpr std::size_t kMostRolloutPoints = 64;
 
 /// Simulates each candidate; the least cost wins. The search can be interrupted after any number of ticks, so that it
 /// fits into the idle time of control periods. The answer does not depend on interruptions or the machine. Not
@@ -54,6 +60,7 @@ class RolloutSearch {
 
  private:
   void start_candidate();
+  void note_path();
   [[nodiscard]] bool finished() const;
   [[nodiscard]] double danger(int arm) const;
   [[nodiscard]] double dangers() const;
@@ -71,7 +78,8 @@ class RolloutSearch {
   RolloutQuestion question_;  ///< reduced to the simulated arms
   int candidate_ = 1;         ///< present candidate; above `candidates`: idle
   Random random_;
-  Manoeuvre manoeuvre_;  ///< of the present candidate
+  Manoeuvre manoeuvre_;            ///< of the present candidate
+  std::vector<JointVector> path_;  ///< of the present candidate
   RolloutAnswer best_;
   std::uint64_t ticks_ = 0;
 };

@@ -225,13 +225,27 @@ void MultiArmCoordinator::advance(const ArmController& controller, std::span<con
     leave();
     return;
   }
-  const int next = std::min(part_.all_joined ? part_.reached_by_all + 1 : 0, last);
+  const int next = next_point();
   const JointVector& target = part_.plan->points[next][part_.index];
   const JointLimits& limits = controller.geometry().own_arm().limits;
   if (part_.all_joined && farthest_joint(limits, controller.setpoint().q, target) < kPointTolerance) {
     part_.progress.reached = std::max(part_.progress.reached, next);
   }
   part_.target = target;
+}
+
+int MultiArmCoordinator::next_point() const {
+  const int last = static_cast<int>(part_.plan->points.size()) - 1;
+  return std::min(part_.all_joined ? part_.reached_by_all + 1 : 0, last);
+}
+
+std::vector<JointVector> MultiArmCoordinator::left() const {
+  std::vector<JointVector> points;
+  if (!part_.target) return points;
+  for (auto i = static_cast<std::size_t>(next_point()); i < part_.plan->points.size(); ++i) {
+    points.push_back(part_.plan->points[i][static_cast<std::size_t>(part_.index)]);
+  }
+  return points;
 }
 
 bool MultiArmCoordinator::ends_at_goal(const ArmController& controller) const {

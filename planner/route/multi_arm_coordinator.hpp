@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "planner/arm_controller.hpp"
 #include "planner/local/observation.hpp"
@@ -36,6 +37,8 @@ class MultiArmCoordinator {
   /// The own proposal, to be published; null: none.
   [[nodiscard]] const std::shared_ptr<const CoupledPlan>& proposal() const { return proposal_; }
   [[nodiscard]] const CoupledPlanProgress& progress() const { return part_.progress; }
+  /// The own arm's points from target() to the end of the plan; empty if the arm follows no coupled plan.
+  [[nodiscard]] std::vector<JointVector> left() const;
   /// True while the arm follows a coupled plan.
   [[nodiscard]] bool participating() const { return part_.plan != nullptr; }
   /// Number of plans proposed so far.
@@ -47,6 +50,8 @@ class MultiArmCoordinator {
   void choose_plan(const ArmController& controller, std::span<const ArmObservation> arms);
   void join(int proposer, std::shared_ptr<const CoupledPlan> plan);
   void leave();
+  /// Index of the point to which the arm goes. Precondition: participating().
+  [[nodiscard]] int next_point() const;
   void advance(const ArmController& controller, std::span<const ArmObservation> arms, double dt);
   [[nodiscard]] bool can_join(const CoupledPlan& plan, const ArmController& controller) const;
   [[nodiscard]] bool ends_at_goal(const ArmController& controller) const;

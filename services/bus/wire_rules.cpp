@@ -21,6 +21,7 @@ constexpr double kLongestTime = 1e10;     ///< [s]
 constexpr std::uint32_t kLongestText = 16384;
 constexpr std::uint32_t kLongestBody = 512;  ///< "arm1/link4"
 constexpr std::uint32_t kMostArms = 256;
+constexpr std::uint32_t kMostMotionPoints = 64;
 constexpr std::uint32_t kMostObstacles = 4096;
 
 constexpr FieldRule boolean(std::string_view name) {
@@ -514,6 +515,14 @@ constexpr std::array kPlannerTickFields{
     positions("q", msg::MAX_JOINTS),
     velocities("qd", msg::MAX_JOINTS)};
 constexpr StructRule kPlannerTick{"PlannerTick", kPlannerTickFields};
+constexpr std::array kPlannedMotionFields{kSchema,
+                                          name_of("arm"),
+                                          name_of("node"),
+                                          stamp("stamp_ns"),
+                                          positions("way", kMostMotionPoints* msg::MAX_JOINTS),
+                                          positions("foreseen", kMostMotionPoints* msg::MAX_JOINTS),
+                                          time("foreseen_period")};
+constexpr StructRule kPlannedMotion{"PlannedMotion", kPlannedMotionFields};
 
 // supervisor.idl
 /// The supervisor refuses a speed beyond the limits with a sentence, so that the client gets a reply.
@@ -599,7 +608,8 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kFault, kSmall, 10000},
                             TopicRule{kSupervisorRequest, kSmall, 500},
                             TopicRule{kSupervisorReply, kLargest, 2000},
-                            TopicRule{kPlannerTick, kLargest, 5000}};
+                            TopicRule{kPlannerTick, kLargest, 5000},
+                            TopicRule{kPlannedMotion, kSmall, 5000}};
 
 }  // namespace
 

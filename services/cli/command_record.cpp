@@ -40,6 +40,7 @@ struct Options {
   double split_time = 0.0;    ///< [s]; 0: never
   double keep = 0.0;          ///< [s]; 0: all
   double after_fault = -1.0;  ///< after faults and stops that is saved, too [s]; negative: only SaveSignal saves
+  bool ros2 = false;          ///< with the topics of hecaton-ros2
   bool save = false;          ///< order the recorder of the cell to save, and record nothing
 };
 
@@ -67,6 +68,7 @@ recorder::RecordingOptions recording_of(const Options& options) {
   if (options.split_size) recording.split_bytes = split_bytes(*options.split_size);
   recording.split_time = seconds(options.split_time);
   recording.keep = seconds(options.keep);
+  recording.ros2 = options.ros2;
   return recording;
 }
 
@@ -224,6 +226,8 @@ void add_record(CLI::App& app, Session& session) {
   add_duration(*command, "--after-fault", options->after_fault,
                "after a fault or a stop, save what is kept and this time after it (nothing is saved)", 0.0, kLongest)
       ->needs(keep);
+  command->add_flag("--ros2", options->ros2,
+                    "with the topics of ROS 2 that hecaton-ros2 would send, for other programs");
   command->add_flag("--save", options->save, "order the recorder of the cell to save what it keeps; record nothing")
       ->excludes(file);
   command->footer(

@@ -164,7 +164,7 @@ void add_render(CLI::App& app, Session& session) {
   add_choice(*command, "--view", options->picture.view, {"free", "top", "front", "side"},
              "from where the cell is seen (free: from above the front right)");
   add_choice(*command, "--theme", options->theme, {"light", "dark"}, "background (light)");
-  options->picture.layers = {"goals", "binding"};
+  options->picture.layers = {"goals", "ways", "binding"};
   add_choices(*command, "--layers", options->picture.layers,
               {"goals", "binding", "halos", "planning", "trails", "names"},
               "what is drawn beside arms and obstacles (goals,binding)");

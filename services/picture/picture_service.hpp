@@ -29,7 +29,7 @@ struct PictureOptions {
   double speed = 1.0;         ///< of the recording in a film
   std::string view = "free";  ///< or "top", "front", "side"
   bool dark = false;
-  std::vector<std::string> layers;  ///< of the page: "goals", "halos", "planning", "binding", "names", "trails"
+  std::vector<std::string> layers;  ///< of the page: "goals", "ways", "halos", "planning", "binding", "names", "trails"
 };
 
 /// The browser on the PATH; throws std::runtime_error with a sentence when there is none.

@@ -164,7 +164,8 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
                   .heartbeat =
                       HeartbeatPublisher(participant_, {place.node, msg::NodeKind::NODE_PLANNER, place.arm, place.host},
                                          heartbeat_timing(file, options)),
-                  .ticks = TickPublisher(participant_, place.arm, arm, place.node)},
+                  .ticks = TickPublisher(participant_, place.arm, arm, place.node),
+                  .motions = MotionPublisher(participant_, place.arm, place.node)},
       loop_(nanoseconds(file.cell.timing.control_period), shutdown),
       failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.checkpoint,
                 file.cell.arms[arm].arm.model->joints()),
@@ -284,6 +285,11 @@ void PlannerService::plan(Clock::time_point now) {
   if (progress) goals_.progress(*progress, now);
   planner_.note_reaction(Clock::now() - now);
   publishers_.ticks.publish();  // a recorder makes no command later
+  if (!failover_.in_charge()) {
+    publishers_.motions.resign();
+  } else if (planned) {
+    publishers_.motions.publish(now, planner_.planner(), planned->inputs.answers);
+  }
 }
 
 // If this process was stopped while planning, the command rests on older states than the planner assumed. It is then

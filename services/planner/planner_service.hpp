@@ -19,6 +19,7 @@
 #include "services/planner/goal_manager.hpp"
 #include "services/planner/goal_resolver.hpp"
 #include "services/planner/live_planner.hpp"
+#include "services/planner/motion_publisher.hpp"
 #include "services/planner/search_threads.hpp"
 #include "services/planner/tick_publisher.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -91,6 +92,7 @@ struct PlannerPublishers {
   CoordinationPublisher coordination;
   HeartbeatPublisher heartbeat;
   TickPublisher ticks;
+  MotionPublisher motions;
 };
 
 /// The planner of one arm as a service: it receives states, publishes one command per control period, and answers every

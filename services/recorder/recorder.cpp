@@ -62,7 +62,9 @@ Recorder::Recorder(const config::CellFile& file, bus::Participant& participant, 
       clock_offset_(std::chrono::system_clock::now().time_since_epoch() - bus::Clock::now().time_since_epoch()),
       mailbox_(mailbox),
       recording_(recording, attachments_of(file), unix_time(began_)),
-      readers_(participant, mailbox, kMostWaiting) {}
+      readers_(participant, mailbox, kMostWaiting) {
+  if (recording.ros2) ros2_.emplace(file, recording_, unix_time(began_));
+}
 
 std::uint64_t Recorder::unix_time(bus::Clock::time_point time) const {
   return static_cast<std::uint64_t>((time.time_since_epoch() + clock_offset_).count());
@@ -70,6 +72,7 @@ std::uint64_t Recorder::unix_time(bus::Clock::time_point time) const {
 
 void Recorder::take() {
   receive();
+  if (ros2_) ros2_->write_due(unix_time(bus::Clock::now()));
   recording_.keep_up(unix_time(bus::Clock::now()));
 }
 
@@ -95,6 +98,7 @@ void Recorder::receive() {
     const auto node = nodes_.find(participant_of<ParticipantId>(sample.writer));
     if (node != nodes_.end()) recorded.node = node->second;
     recorded.sample = std::move(sample);
+    if (ros2_) ros2_->take(recorded);
     recording_.write(std::move(recorded));
   }
   report();

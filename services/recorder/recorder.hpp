@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "services/recorder/host_clocks.hpp"
 #include "services/recorder/losses.hpp"
 #include "services/recorder/recording.hpp"
+#include "services/recorder/ros2_track.hpp"
 
 namespace hecaton::services::recorder {
 
@@ -65,6 +67,7 @@ class Recorder {
   bus::RawReaders readers_;
   LossCounter losses_;
   HostClocks clocks_;
+  std::optional<Ros2Track> ros2_;
   std::map<ParticipantId, std::string> nodes_;
   std::vector<TopicLosses> reported_;
   bus::Clock::time_point report_at_{};

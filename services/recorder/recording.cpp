@@ -71,12 +71,17 @@ void Recording::begin_file(std::uint64_t now) {
   schemas_.clear();
   channels_.clear();
   json_channels_.clear();
+  made_schemas_.clear();
+  for (Made& made : made_) made.channel = 0;
   try {
     for (const AttachedFile& attached : attachments_) {
       file_->attach(attached.name, attached.media_type, now, attached.text);
     }
     if (report_) write_json(kReport, *report_, now);
     for (const auto& [key, recorded] : latched_) write_to_file(recorded, true);
+    for (Made& made : made_) {
+      if (!made.last.empty()) write_made_to_file(made, made.last, now);
+    }
   } catch (const RecordingError&) {
     file_->discard();  // nothing of the cell is in it yet
     throw;
@@ -149,6 +154,26 @@ void Recording::write_json(std::string_view topic, const std::string& json, std:
   message.log_time = message.publish_time = now;
   message.data = {reinterpret_cast<const std::uint8_t*>(json.data()), json.size()};
   file_->write(message);
+}
+
+void Recording::set_made_topics(std::vector<MadeTopic> topics) {
+  for (MadeTopic& topic : topics) made_.push_back({std::move(topic), 0, 0, {}});
+}
+
+void Recording::write_made(std::size_t topic, ByteSpan cdr, std::uint64_t now) {
+  Made& made = made_.at(topic);
+  ++made.written;
+  write_made_to_file(made, cdr, now);
+  if (made.about.latched && options_.is_row()) made.last.assign(cdr.begin(), cdr.end());
+}
+
+void Recording::write_made_to_file(Made& made, ByteSpan cdr, std::uint64_t now) {
+  if (made.channel == 0) {
+    const auto [schema, first] = made_schemas_.try_emplace(made.about.type, std::uint16_t{0});
+    if (first) schema->second = file_->add_schema(made.about.type, "ros2msg", made.about.definition);
+    made.channel = file_->add_channel(schema->second, made.about.name, "cdr", made.about.metadata);
+  }
+  file_->write({made.channel, made.written, now, now, cdr});
 }
 
 void Recording::report(const std::string& json, std::uint64_t now) {

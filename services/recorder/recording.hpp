@@ -26,6 +26,7 @@ struct RecordingOptions {
   std::chrono::nanoseconds keep{};
   /// Remove the oldest files when all of the row are larger together, saved ones too [byte]; 0: no limit.
   std::uint64_t most_bytes = 0;
+  bool ros2 = false;  ///< with the topics of hecaton-ros2
   /// Files of former rows, the oldest first. They count as saved.
   std::vector<std::string> former = {};
 
@@ -39,6 +40,15 @@ struct AttachedFile {
   std::string text;
 };
 
+/// A topic that no node of the cell has sent: the recorder makes its messages.
+struct MadeTopic {
+  std::string name;        ///< "/joint_states"
+  std::string type;        ///< "sensor_msgs/msg/JointState"
+  std::string definition;  ///< of the type, as `ros2msg`
+  StringMap metadata;      ///< of the channel
+  bool latched = false;    ///< a file of a row begins with its last message
+};
+
 /// A sample with what the network does not tell.
 struct RecordedSample {
   bus::RawSample sample;
@@ -50,8 +60,8 @@ struct RecordedSample {
 /// which leaves all files readable. No file remains of one that could not be begun.
 class Recording {
  public:
-  static constexpr std::chrono::seconds kFlush{1};    ///< a sample is on the disk after this time at most
-  static constexpr std::size_t kMostChannels = 4096;  ///< further writers of a file share a channel of their topic
+  static constexpr std::chrono::seconds kFlush{1};     ///< a sample is on the disk after this time at most
+  static constexpr std::size_t kMostChannels = 32768;  ///< further writers of a file share a channel of their topic
   /// Name of the attachment that a recording of a simulation has.
   static constexpr std::string_view kSimulation = "simulation.json";
   static constexpr std::string_view kReport = "recorder/report";        ///< JSON: figures and losses so far
@@ -66,6 +76,9 @@ class Recording {
   void report(const std::string& json, std::uint64_t now);
   /// A message of channel kClocks.
   void compare_clocks(const std::string& json, std::uint64_t now) { write_json(kClocks, json, now); }
+  /// Call it at most once. The topics have the numbers 0, 1 … of write_made().
+  void set_made_topics(std::vector<MadeTopic> topics);
+  void write_made(std::size_t topic, ByteSpan cdr, std::uint64_t now);
   /// Puts onto the disk what is older than kFlush, begins another file and removes old ones, as the options say. Call
   /// it several times a second.
   void keep_up(std::uint64_t now);
@@ -91,6 +104,13 @@ class Recording {
     bool saved = false;
   };
 
+  struct Made {
+    MadeTopic about;
+    std::uint16_t channel = 0;  ///< of the open file; 0: none yet
+    std::uint32_t written = 0;
+    Bytes last;  ///< of a latched topic
+  };
+
   void begin_file(std::uint64_t now);
   void end_file();
   void remove_old(std::uint64_t now);
@@ -98,6 +118,7 @@ class Recording {
   void remove(const Segment& segment);
   void write_to_file(const RecordedSample& recorded, bool repeated);
   [[nodiscard]] std::uint16_t channel_of(const RecordedSample& recorded, bool repeated);
+  void write_made_to_file(Made& made, ByteSpan cdr, std::uint64_t now);
   void write_json(std::string_view topic, const std::string& json, std::uint64_t now);
 
   RecordingOptions options_;
@@ -111,6 +132,8 @@ class Recording {
   std::map<std::size_t, std::uint16_t> schemas_;  ///< of the open file, by topic
   std::map<ChannelKey, std::uint16_t> channels_;  ///< of the open file
   std::map<std::string, std::uint16_t, std::less<>> json_channels_;
+  std::vector<Made> made_;
+  std::map<std::string, std::uint16_t> made_schemas_;  ///< of the open file, by type
   /// What late joiners of the cell would get: a file of a row begins with it.
   std::map<std::pair<std::size_t, std::string>, RecordedSample> latched_;
   std::optional<std::string> report_;  ///< the newest one

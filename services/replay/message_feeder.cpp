@@ -67,6 +67,7 @@ const MessageFeeder::Role& MessageFeeder::role_of(const McapChannel& channel) {
       {bus::Topic<msg::ContactReport>::kInfo.name, Topic::kContactReport},
       {bus::Topic<msg::GoalStatus>::kInfo.name, Topic::kGoalStatus},
       {bus::Topic<msg::ToolState>::kInfo.name, Topic::kToolState},
+      {bus::Topic<msg::PlannedMotion>::kInfo.name, Topic::kPlannedMotion},
       {bus::Topic<msg::ObstacleShapes>::kInfo.name, Topic::kObstacleShapes},
       {bus::Topic<msg::Fault>::kInfo.name, Topic::kFault},
       {bus::Topic<msg::CellMode>::kInfo.name, Topic::kCellMode},
@@ -86,6 +87,7 @@ void MessageFeeder::take(const McapMessage& message) {
       withdraw(message.data, time_of(message));
       return;
     case Topic::kArmState:
+    case Topic::kPlannedMotion:
     case Topic::kHeartbeat:
     case Topic::kObstacleStates:
     case Topic::kContactReport:
@@ -98,7 +100,7 @@ void MessageFeeder::take(const McapMessage& message) {
 }
 
 bool MessageFeeder::defer(const Role& role, const McapMessage& message) {
-  const bool keyed = role.topic == Topic::kArmState || role.topic == Topic::kHeartbeat;
+  const bool keyed = role.topic != Topic::kObstacleStates && role.topic != Topic::kContactReport;
   const auto key = keyed ? key_in(message) : std::optional<std::string_view>("");
   if (!key) return false;
   key_.assign(1, static_cast<char>(role.topic)).append(*key);
@@ -137,6 +139,8 @@ void MessageFeeder::decode(Topic topic, ByteSpan data, bus::Clock::time_point re
       return apply<msg::GoalStatus>(data, received, writer);
     case Topic::kToolState:
       return apply<msg::ToolState>(data, received, writer);
+    case Topic::kPlannedMotion:
+      return apply<msg::PlannedMotion>(data, received, writer);
     case Topic::kObstacleShapes:
       return apply<msg::ObstacleShapes>(data, received, writer);
     case Topic::kFault:
@@ -191,6 +195,9 @@ void MessageFeeder::withdraw(ByteSpan text, bus::Clock::time_point received) {
   } else if (topic == bus::Topic<msg::Heartbeat>::kInfo.name) {
     drop_waiting(Topic::kHeartbeat);
     dispose(bus::Sample<msg::Heartbeat>());
+  } else if (topic == bus::Topic<msg::PlannedMotion>::kInfo.name) {
+    drop_waiting(Topic::kPlannedMotion);
+    dispose(bus::Sample<msg::PlannedMotion>());
   } else if (topic == bus::Topic<msg::ToolState>::kInfo.name) {
     dispose(bus::Sample<msg::ToolState>());
   } else if (topic == bus::Topic<msg::ObstacleShapes>::kInfo.name) {

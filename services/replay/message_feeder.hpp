@@ -27,8 +27,8 @@ namespace hecaton::services::replay {
 /// A message of the cell, not of its recorder.
 [[nodiscard]] bool is_of_cell(const recorder::McapChannel& channel);
 
-/// The key of a sample of ArmState or Heartbeat; empty: it has another byte order, or is cut off. Valid as long as the
-/// message.
+/// The key of a sample of ArmState, PlannedMotion or Heartbeat; empty: it has another byte order, or is cut off. Valid
+/// as long as the message.
 [[nodiscard]] std::optional<std::string_view> key_in(const recorder::McapMessage& message);
 
 /// What could not be decoded.
@@ -37,8 +37,8 @@ struct UndecodedMessages {
   std::uint64_t broken = 0;           ///< that break a rule of the wire
 };
 
-/// It decodes at once what changes seldom. Of arm states, heartbeats, obstacle poses and contact reports it decodes
-/// only the newest of each key, in flush(): the state of a cell has no others. For one thread.
+/// It decodes at once what changes seldom. Of arm states, planned motions, heartbeats, obstacle poses and contact
+/// reports it decodes only the newest of each key, in flush(): the state of a cell has no others. For one thread.
 class MessageFeeder {
  public:
   /// Both must outlive it. `marks` gets what is decoded at once; null: none.
@@ -62,6 +62,7 @@ class MessageFeeder {
     kContactReport,
     kGoalStatus,
     kToolState,
+    kPlannedMotion,
     kObstacleShapes,
     kFault,
     kCellMode,

@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <idl/arm.h>
@@ -90,7 +91,7 @@ class CommandComparison {
   Waiting commands_;
 };
 
-/// The planner of one process. Its messages follow each other.
+/// The planner of one process. Its messages follow each other, and numbers begin anew with each process.
 class Stream {
  public:
   Stream(const planner::Cell& cell, int self) : arm_(cell.arms[self].arm), reader_(cell, self) {}
@@ -243,7 +244,8 @@ class Verifier {
       note("recorded by program " + tick.program() + ", and recomputed by " + program_text() +
            ": differences may come from that");
     }
-    Stream& stream = streams_.try_emplace({arm, writer_of(message)}, cell_of(arm), arm).first->second;
+    // Writers beyond Recording::kMostChannels share a channel, and two planners of an arm overlap when one takes over.
+    Stream& stream = streams_.try_emplace({arm, writer_of(message), tick.node()}, cell_of(arm), arm).first->second;
     stream.take(tick, seconds(message.log_time), report);
     const auto key = set_point_of(message, tick.number());
     if (!key) return;
@@ -295,7 +297,7 @@ class Verifier {
   std::map<int, planner::Cell> cells_;  ///< by arm
   Verification result_;
   std::vector<bool> wanted_;
-  std::map<std::pair<int, std::string>, Stream> streams_;  ///< by arm and writer
+  std::map<std::tuple<int, std::string, std::string>, Stream> streams_;  ///< by arm, writer and node
   std::vector<CommandComparison> commands_;
   std::optional<std::uint64_t> began_;
   std::uint64_t undecoded_ = 0;

@@ -18,6 +18,7 @@
 #include "services/planner/coordination_messages.hpp"
 #include "services/planner/explain.hpp"
 #include "services/planner/goal_manager.hpp"
+#include "services/planner/motion_report.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/node_name.hpp"
@@ -124,7 +125,8 @@ class PlannerMessages {
         names_(names_of(cell)),
         obstacles_(std::make_shared<const std::vector<world::Obstacle>>(cell.scene.obstacles)),
         goals_(name(), node_.name),
-        ticks_(name(), arm, node_.name) {}
+        ticks_(name(), arm, node_.name),
+        motion_(name(), node_.name) {}
 
   void begin(const msg::Goal& goal, const planner::JointVector& q_goal) {
     goals_.receive(goal, at(0.0));
@@ -138,6 +140,7 @@ class PlannerMessages {
     write_tick(period);
     write_command(period);
     write_coordination(period);
+    write_motion(period);
     report(period);
     write_statuses(period.time);
     if (heartbeat) write_heartbeat(period);
@@ -236,6 +239,13 @@ class PlannerMessages {
     coordinated_ = true;
   }
 
+  void write_motion(const planner::PlannerPeriod& period) {
+    const auto& rollout = period.inputs.answers.rollout;
+    if (!motion_.update(period.time, period.planner, rollout ? &*rollout : nullptr)) return;
+    motion_.message().stamp_ns(nanoseconds_of(period.time));
+    add(samples_, node_, period.time, motion_.message());
+  }
+
   void report(const planner::PlannerPeriod& period) {
     const msg::Cause follows;
     const std::optional planned(
@@ -290,6 +300,7 @@ class PlannerMessages {
   ProgressReporter reporter_;
   std::optional<Progress> last_;  ///< of the goal
   TickWriter ticks_;
+  MotionReport motion_;
   bool begun_ = false;                            ///< a tick was written
   std::optional<TickWriter::Snapshot> snapshot_;  ///< of the next period
   double snapshot_due_ = 0.0;                     ///< [s]

@@ -10,6 +10,7 @@
 #include <idl/arm.h>
 #include <idl/goal.h>
 #include <idl/health.h>
+#include <idl/planner.h>
 #include <idl/world.h>
 
 #include "services/bus/endpoint.hpp"
@@ -38,6 +39,7 @@ class CellState {
   void apply(const bus::Sample<msg::Heartbeat>& sample) { keep(heartbeats_, sample); }
   void apply(const bus::Sample<msg::CoupledPlan>& sample) { keep(plans_, sample); }
   void apply(const bus::Sample<msg::ToolState>& sample) { keep(tools_, sample); }
+  void apply(const bus::Sample<msg::PlannedMotion>& sample) { keep(motions_, sample); }
   void apply(const bus::Sample<msg::GoalStatus>& sample);
   void apply(const bus::Sample<msg::ObstacleShapes>& sample);
   void apply(const bus::Sample<msg::Fault>& sample);
@@ -66,6 +68,9 @@ class CellState {
   [[nodiscard]] const bus::Sample<msg::ArmState>* state(std::string_view arm) const { return newest(states_, arm); }
   [[nodiscard]] const bus::Sample<msg::GoalStatus>* goal(std::string_view arm) const { return newest(goals_, arm); }
   [[nodiscard]] const bus::Sample<msg::ToolState>* tool(std::string_view arm) const { return newest(tools_, arm); }
+  [[nodiscard]] const bus::Sample<msg::PlannedMotion>* motion(std::string_view arm) const {
+    return newest(motions_, arm);
+  }
   [[nodiscard]] const bus::Sample<msg::Heartbeat>* heartbeat(std::string_view node) const {
     return newest(heartbeats_, node);
   }
@@ -105,6 +110,7 @@ class CellState {
   Newest<msg::Heartbeat> heartbeats_;
   Newest<msg::CoupledPlan> plans_;
   Newest<msg::ToolState> tools_;
+  Newest<msg::PlannedMotion> motions_;
   LatestFaults faults_;
   std::shared_ptr<const Obstacles> obstacles_;  ///< never changed: copies of the state share it
   std::uint64_t obstacle_edition_ = 1;

@@ -14,6 +14,7 @@ LiveFeed::LiveFeed(const config::CellFile& file, bus::Participant& participant, 
       plans_(participant, &mailbox),
       faults_(participant, &mailbox),
       tools_(participant, &mailbox),
+      motions_(participant, &mailbox),
       state_(file, now_) {}
 
 void LiveFeed::update(bus::Clock::time_point now) {
@@ -28,6 +29,7 @@ void LiveFeed::update(bus::Clock::time_point now) {
   take(plans_);
   take(faults_);
   take(tools_);
+  take(motions_);
   if (participant_.recovering()) state_.forget_order();
 }
 

@@ -39,6 +39,7 @@ class LiveFeed : public CellFeed {
   bus::Reader<msg::CoupledPlan> plans_;
   bus::Reader<msg::Fault> faults_;
   bus::Reader<msg::ToolState> tools_;
+  bus::Reader<msg::PlannedMotion> motions_;
   CellState state_;
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "services/view/cell_json.hpp"
+#include "services/view/motion_json.hpp"
 #include "services/view/page.hpp"
 #include "services/view/state_json.hpp"
 
@@ -73,6 +74,7 @@ void PageServer::publish(bus::Clock::time_point now) {
   if (now >= status_at_ || leapt) {
     status_at_ = now + kStatusPeriod;
     publish(Channel::kStatus, view::status_json(feed_, now - began_));
+    publish(Channel::kMotions, view::motions_json(feed_));
   }
   if (now >= frame_at_ || leapt) {
     frame_at_ = now + kFramePeriod;

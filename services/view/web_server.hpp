@@ -23,8 +23,8 @@
 namespace hecaton::services {
 
 /// Messages in the order in which a client gets them. Each message holds the whole state of its channel.
-enum class Channel : std::uint8_t { kCell, kControl, kRecording, kObstacles, kPlayback, kStatus, kFrame };
-inline constexpr std::size_t kChannels = 7;
+enum class Channel : std::uint8_t { kCell, kControl, kRecording, kObstacles, kPlayback, kStatus, kMotions, kFrame };
+inline constexpr std::size_t kChannels = 8;
 
 /// What the server answers to a GET.
 struct WebFile {

@@ -38,10 +38,18 @@ class Cost:
         self.share = (processor_seconds(self._pid) - self._spent) / self.seconds
 
 
+def grid_cell(folder, arms, more=""):
+    """A cell file of `arms` arms on a grid, with the lines `more`."""
+    cell = folder / f"grid{arms}.yaml"
+    subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "-o", cell], check=True)
+    cell.write_text(cell.read_text() + more)
+    return cell
+
+
 @contextlib.contextmanager
-def running(log, *command):
-    """A process that ends with the block."""
-    process = subprocess.Popen(command, stderr=log)
+def running(log, *command, **options):
+    """A process that ends with the block. Its errors go to `log`."""
+    process = subprocess.Popen([str(word) for word in command], stderr=log, **options)
     try:
         yield process
     finally:
@@ -61,7 +69,6 @@ def for_each_size(description, sizes, heading, measure):
     with tempfile.TemporaryDirectory(prefix="hecaton_cost_") as name:
         folder = pathlib.Path(name)
         for arms in map(int, options.arms.split(",")):
-            cell = folder / f"grid{arms}.yaml"
-            subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "-o", cell], check=True)
+            cell = grid_cell(folder, arms)
             with open(folder / f"{arms}.log", "w") as log:
                 measure(options.programs.resolve(), cell, arms, options.seconds, folder, log)

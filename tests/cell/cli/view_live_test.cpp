@@ -1,8 +1,12 @@
 /// hecaton view and up --view: the page of a live cell, and in a browser where there is one.
 
+#include <algorithm>
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <thread>
 
@@ -20,6 +24,14 @@ class LivePage : public LiveCell {
  protected:
   [[nodiscard]] std::vector<std::string> up_options() const override { return {"--view"}; }
   [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(8000 + domain_.number()); }
+  /// Where a person wants to see what the browser shows; empty: nowhere.
+  [[nodiscard]] static std::string picture() {
+    const char* folder = std::getenv("HECATON_PICTURES");
+    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = test->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    return folder == nullptr ? "" : std::string(folder) + "/" + name + ".png";
+  }
 };
 
 TEST_F(LivePage, ShowsAllArmsOfTheCell) {
@@ -246,26 +258,102 @@ TEST_F(LiveControl, HasItsTokenInAFileOfItsUser) {
   up_.reset();
 }
 
-TEST_F(LivePage, DrawsMovingArmsInABrowser) {
+/// Moves arms of a cell between their postures home and ready, until it is destroyed.
+class Mover {
+ public:
+  Mover(std::function<int(const std::vector<std::string>&)> run, const std::vector<std::string>& arms)
+      : run_(std::move(run)) {
+    for (const std::string& arm : arms) {
+      threads_.emplace_back([this, arm] {
+        for (int i = 0; !done_; ++i) {
+          EXPECT_EQ(run_({"goal", arm, "--named", i % 2 == 0 ? "ready" : "home", "--wait"}), 0) << arm;
+        }
+      });
+    }
+  }
+  ~Mover() {
+    done_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Mover(const Mover&) = delete;
+  Mover& operator=(const Mover&) = delete;
+
+ private:
+  std::function<int(const std::vector<std::string>&)> run_;
+  std::atomic<bool> done_ = false;
+  std::vector<std::thread> threads_;
+};
+
+TEST_F(LivePage, ShowsStatesWaysSectionsAndAStaleArmInABrowser) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;
   const std::string browser = "/usr/bin/chromium";
   HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
   ASSERT_TRUE(up_->wait_for_message("its page: ")) << up_->err();
-  Process test({node, page + "/test/browser.mjs", "http://127.0.0.1:" + std::to_string(port()) + "/", browser,
-                std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf"});
-  // The arm moves as long as the browser looks.
-  std::atomic<bool> done = false;
-  std::thread mover([&] {
-    for (int i = 0; !done; ++i) {
-      EXPECT_EQ(run({"goal", "north", "--named", i % 2 == 0 ? "ready" : "home", "--wait"}).code, 0);
-    }
-  });
-  const int code = test.wait();
-  done = true;
-  mover.join();
-  EXPECT_EQ(code, 0) << test.out() << test.err();
+  const pid_t driver = processes().at("driver/north");
+  Process test(
+      {node, page + "/test/browser.mjs", "http://127.0.0.1:" + std::to_string(port()) + "/", browser, picture()});
+  {
+    const Mover mover([this](const auto& words) { return run(words).code; }, {"north"});
+    ASSERT_TRUE(test.wait_for_output("let the arms rest")) << test.out() << test.err();
+  }
+  ASSERT_TRUE(test.wait_for_output("stop the driver")) << test.out() << test.err();
+  ASSERT_EQ(kill(driver, SIGSTOP), 0);
+  const bool faded = test.wait_for_output("continue");
+  ASSERT_EQ(kill(driver, SIGCONT), 0);
+  EXPECT_TRUE(faded) << test.out() << test.err();
+  EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+  std::printf("%s", test.out().c_str());
 }
+
+/// A cell, and the URDF of each of its arms.
+struct DrawnCell {
+  const char* file;  ///< in deploy/cells
+  std::vector<std::pair<std::string, std::string>> arms;
+};
+
+class LiveArms : public LivePage, public testing::WithParamInterface<DrawnCell> {
+ protected:
+  [[nodiscard]] std::string cell_file() const override {
+    return std::string(HECATON_SOURCE_DIR) + "/deploy/cells/" + GetParam().file;
+  }
+};
+
+TEST_P(LiveArms, AreDrawnWhereTheyAreWhileTheyMove) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  const std::string browser = "/usr/bin/chromium";
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
+  ASSERT_TRUE(up_->wait_for_message("its page: ")) << up_->err();
+  std::vector<std::string> words{node, page + "/test/arms.mjs", "http://127.0.0.1:" + std::to_string(port()) + "/",
+                                 browser, picture()};
+  std::vector<std::string> names;
+  for (const auto& [arm, urdf] : GetParam().arms) {
+    words.push_back(arm + "=" + std::string(HECATON_SOURCE_DIR) + "/deploy/" + urdf);
+    names.push_back(arm);
+  }
+  Process test(words);
+  int code = -1;
+  {
+    const Mover mover([this](const auto& given) { return run(given).code; }, names);
+    code = test.wait();
+  }
+  EXPECT_EQ(code, 0) << test.out() << test.err();
+  std::printf("%s", test.out().c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cells, LiveArms,
+    testing::Values(DrawnCell{"three_puma.yaml",
+                              {{"north", "cells/urdf/puma560.urdf"},
+                               {"west", "cells/urdf/puma560.urdf"},
+                               {"east", "cells/urdf/puma560.urdf"}}},
+                    DrawnCell{"named/two_scara.yaml",
+                              {{"left", "robots/irb910sc_055.urdf"}, {"right", "robots/irb910sc_055.urdf"}}},
+                    DrawnCell{
+                        "three_makers.yaml",
+                        {{"ur", "robots/ur5e.urdf"}, {"abb", "robots/irb120.urdf"}, {"panda", "robots/panda.urdf"}}}),
+    [](const auto& one) { return std::filesystem::path(one.param.file).stem().string(); });
 
 /// What the client of npm reads, with one of the sub-protocols.
 class LiveFoxglove : public LivePage, public testing::WithParamInterface<const char*> {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -189,6 +190,65 @@ TEST_F(RecordedCell, IsReadByLibrariesOfOthers) {
   }
   EXPECT_EQ(decoded, exported_states(folder_.path("csv/ArmState.csv")));
   EXPECT_EQ(decoded.size(), info.topics.at("hecaton/ArmState").messages);
+}
+
+TEST_F(RecordedCell, HasTheTopicsOfRos2ForLibrariesOfOthers) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  HECATON_NEED_FILES({page + "/node_modules/@mcap/core", node});
+  const auto recorder = start({"record", kThreePuma, "-o", path_, "--ros2", "--split-time", "2s", "--output", "json"});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  move_arms();
+  recorder->signal(SIGTERM);
+  ASSERT_EQ(recorder->wait(), 0) << recorder->err();
+  const std::vector<std::string> files = Json::parse(recorder->out()).at("files");
+  ASSERT_GE(files.size(), 2U);
+
+  const auto read = [&](const std::string& file, const std::vector<std::string>& topic_and_fields) {
+    std::vector<std::string> words{node, page + "/test/bag.mjs", file};
+    words.insert(words.end(), topic_and_fields.begin(), topic_and_fields.end());
+    Process other(words);
+    EXPECT_EQ(other.wait(), 0) << other.err();
+    std::istringstream lines(other.out());
+    std::vector<Json> all;
+    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+    return all;
+  };
+  std::map<std::string, std::set<std::vector<double>>> measured;  // by arm
+  std::set<std::vector<double>> shown;
+  std::size_t messages = 0;
+  for (const std::string& file : files) {
+    const std::vector<Json> states = read(file, {"hecaton/ArmState", "arm", "q"});
+    for (std::size_t i = 1; i < states.size(); ++i) measured[states[i].at("arm")].insert(states[i].at("q"));
+    const std::vector<Json> joints = read(file, {"/joint_states", "name", "position"});
+    // Readers of each file find the robots, and the transforms that never change.
+    for (const char* latched : {"/robot_description", "/north/robot_description", "/tf_static"}) {
+      EXPECT_EQ(joints[0].at("topics").value(latched, 0), 1) << latched << " in " << file;
+    }
+    for (std::size_t i = 1; i < joints.size(); ++i) {
+      const std::vector<std::string> names = joints[i].at("name");
+      const std::vector<double> positions = joints[i].at("position");
+      ASSERT_EQ(names.size(), positions.size());
+      ASSERT_EQ(positions.size() % 6, 0U);
+      for (std::size_t at = 0; at < names.size(); at += 6) {
+        const std::string arm = names[at].substr(0, names[at].find('_'));
+        const auto first = positions.begin() + static_cast<std::ptrdiff_t>(at);
+        const std::vector<double> q(first, first + 6);
+        EXPECT_TRUE(measured.at(arm).contains(q)) << arm << ": no driver has measured what ROS 2 is told";
+        shown.insert(q);
+      }
+      ++messages;
+    }
+  }
+  EXPECT_GT(messages, 50U);
+  EXPECT_GT(shown.size(), 50U) << "arms that move";
+
+  // The topics of ROS 2 hide nothing of the cell: it replays as any other recording.
+  const Ran info = run_hecaton({"bag", "info", files[0], "-o", "json"});
+  EXPECT_EQ(info.code, 0) << info.err;
+  EXPECT_EQ(run({"bag", "export", files[0], "--csv", "-o", folder_.path("csv")}).code, 0);
+  const Ran verified = run_hecaton({"replay", files[0], "--verify"});
+  EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
 }
 
 TEST_F(RecordedCell, ReadsWhatAKilledRecorderHasWritten) {

@@ -2,8 +2,10 @@
 ///
 /// The page shows what the messages say, and what a live page has shown.
 
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -256,6 +258,41 @@ TEST_F(ReplayedCell, IsPlayedInABrowser) {
   Process test({node, page + "/test/replay.mjs", url, browser});
   EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
 }
+
+/// A recording of a simulation of many ready robots on a grid.
+class ManyArms : public testing::TestWithParam<int> {};
+
+TEST_P(ManyArms, AreDrawnByShortScripts) {
+  const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
+  const std::string node = HECATON_NODE;
+  const std::string browser = "/usr/bin/chromium";
+  HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
+  constexpr std::array kRobots{"ur5e", "panda", "irb120", "iiwa7", "gp7"};
+  constexpr int kColumns = 6;
+  std::string cell = "name: many\narms:\n";
+  for (int i = 0; i < GetParam(); ++i) {
+    cell += "  - {name: arm" + std::to_string(i) + ", robot: " + kRobots[static_cast<std::size_t>(i) % kRobots.size()] +
+            ", base: {xyz: [" + std::to_string(1.4 * (i % kColumns)) + ", " + std::to_string(1.4 * (i / kColumns)) +
+            ", 0]}}\n";
+  }
+  const TemporaryFolder folder;
+  const std::string recording = folder.path("many.mcap");
+  const Ran simulated =
+      run_hecaton({"simulate", folder.write("many.yaml", cell), "--tasks", "1", "--seed", "3", "--record", recording});
+  ASSERT_LE(simulated.code, 1) << simulated.err;  // whether all goals are reached matters not
+  Process server({std::string(HECATON_BIN_DIR) + "/hecaton", "replay", recording, "--port", "0"});
+  ASSERT_TRUE(server.wait_for_output("\n")) << server.err();
+  const std::string url = "http://127.0.0.1:" + std::to_string(port_in(server.out())) + "/";
+  std::vector<std::string> words{node, page + "/test/frames.mjs", url, browser, std::to_string(GetParam())};
+  if (const char* pictures = std::getenv("HECATON_PICTURES")) {
+    words.push_back(std::string(pictures) + "/many-" + std::to_string(GetParam()) + ".png");
+  }
+  Process test(words);
+  EXPECT_EQ(test.wait(), 0) << test.out() << test.err();
+  std::printf("%s", test.out().c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(Cells, ManyArms, testing::Values(3, 10, 30), testing::PrintToStringParamName());
 
 std::string content_of(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);

@@ -10,6 +10,7 @@
 #include "services/messages/convert.hpp"
 #include "services/recorder/cdr_columns.hpp"
 #include "services/tick_log/tick_reader.hpp"
+#include "services/view/motion_json.hpp"
 #include "services/view/state_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/cdr.hpp"
@@ -98,7 +99,7 @@ void show(const T& value) {
     state.apply(sample);
     const FixedFeed feed(state);
     for (const auto& json : {services::view::frame_json(feed, {}), services::view::status_json(feed, {}),
-                             services::view::obstacles_json(state)}) {
+                             services::view::obstacles_json(state), services::view::motions_json(feed)}) {
       fuzz::require(!json.dump().empty(), "the page shows each state");
     }
   }

@@ -148,13 +148,17 @@ export class ArmFigure {
   private readonly geometries = new Map<number, THREE.BufferGeometry>();
   private opacity = 1;
 
-  constructor(readonly arm: Arm, index: number, private readonly scene: THREE.Object3D) {
+  /** `section`: planes beyond which nothing of its bodies is drawn; the list may change. */
+  constructor(readonly arm: Arm, index: number, private readonly scene: THREE.Object3D,
+              private readonly section: THREE.Plane[]) {
     this.colour = armColour(index);
-    this.material = new THREE.MeshLambertMaterial({ color: this.colour });
+    this.material = new THREE.MeshLambertMaterial({
+      color: this.colour, side: THREE.DoubleSide, clippingPlanes: section, // both sides: a cut body is hollow
+    });
     this.tree = new LinkTree(arm);
     this.ghost = new LinkTree(arm);
     const ghostMaterial = new THREE.MeshLambertMaterial({
-      color: this.colour, transparent: true, opacity: 0.22, depthWrite: false,
+      color: this.colour, transparent: true, opacity: 0.22, depthWrite: false, clippingPlanes: section,
     });
     for (const [link, shapes] of this.shapesByLink()) {
       const geometry = merged(shapes.map(shapeGeometry));
@@ -243,7 +247,7 @@ export class ArmFigure {
   /** Shapes that are larger by the security distance. */
   private makeHalos(): THREE.Mesh[] {
     const material = new THREE.MeshBasicMaterial({
-      color: 0xe8b04a, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.FrontSide,
+      color: 0xe8b04a, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.FrontSide, clippingPlanes: this.section,
     });
     const meshes: THREE.Mesh[] = [];
     for (const [link, shapes] of this.shapesByLink()) {
@@ -257,7 +261,7 @@ export class ArmFigure {
   /** The shapes with which planners measure distances. */
   private makeWires(): THREE.Mesh[] {
     const material = new THREE.MeshBasicMaterial({
-      color: this.colour, wireframe: true, transparent: true, opacity: 0.45, depthWrite: false,
+      color: this.colour, wireframe: true, transparent: true, opacity: 0.45, depthWrite: false, clippingPlanes: this.section,
     });
     const meshes: THREE.Mesh[] = [];
     for (const [link, shapes] of this.shapesByLink()) {
@@ -279,7 +283,11 @@ export class ArmFigure {
         visual.traverse((part) => {
           if (!(part instanceof THREE.Mesh)) return;
           const materials: THREE.Material[] = Array.isArray(part.material) ? part.material : [part.material];
-          for (const material of materials) this.visualMaterials.push({ material, opacity: material.opacity });
+          for (const material of materials) {
+            material.side = THREE.DoubleSide;
+            material.clippingPlanes = this.section;
+            this.visualMaterials.push({ material, opacity: material.opacity });
+          }
         });
       }
     }
@@ -316,9 +324,12 @@ export class ArmFigure {
 
 export class ObstacleFigure {
   readonly group = new THREE.Group();
-  private readonly material = new THREE.MeshLambertMaterial({ color: 0x9aa0a6 });
+  private readonly material: THREE.MeshLambertMaterial;
 
-  constructor(readonly obstacle: Obstacle) {
+  constructor(readonly obstacle: Obstacle, section: THREE.Plane[] = []) {
+    this.material = new THREE.MeshLambertMaterial({
+      color: 0x9aa0a6, side: THREE.DoubleSide, clippingPlanes: section,
+    });
     this.group.matrixAutoUpdate = false;
     place(this.group, obstacle.pose);
     const geometry = merged(obstacle.shapes.map(shapeGeometry));

@@ -8,6 +8,7 @@ import { byId, Panel } from "./panel";
 import { Plots } from "./plots";
 import type { FrameMessage, Message, ObstaclesMessage, StatusMessage } from "./protocol";
 import { CellScene, type Preset, type Toggles } from "./scene";
+import { SectionBar } from "./section_bar";
 import { Timeline } from "./timeline";
 
 // `hecaton render` opens the page for a picture of the scene alone.
@@ -25,7 +26,9 @@ const panel = new Panel();
 const plots = new Plots(byId("plots"));
 const timeline = new Timeline(byId("replay"));
 const search = byId("search") as HTMLInputElement;
-const toggles: Toggles = { goals: true, halos: false, planning: false, binding: true, names: true, trails: false };
+const toggles: Toggles = {
+  goals: true, ways: true, halos: false, planning: false, binding: true, names: true, trails: false,
+};
 
 let status: StatusMessage | null = null;
 let obstacles: ObstaclesMessage | null = null;
@@ -38,7 +41,7 @@ const ageOf = (arm: string): number => scene.ageOf(arm, performance.now());
 // --- layers, views, theme
 
 const TOGGLES: [keyof Toggles, string, string][] = [
-  ["goals", "Goals", "g"], ["binding", "Binding pairs", "b"], ["halos", "Safety distance", "s"],
+  ["goals", "Goals", "g"], ["ways", "Planned ways", "w"], ["binding", "Binding pairs", "b"], ["halos", "Safety distance", "s"],
   ["planning", "Planner's shapes", "p"], ["trails", "Trails", "l"], ["names", "Names", "n"],
 ];
 const VIEWS: [Preset, string, string][] = [
@@ -80,6 +83,11 @@ actions.set("f", () => {
   showFollow();
 });
 
+const section = new SectionBar(byId("section"), scene);
+actions.set("x", () => section.turn());
+actions.set("arrowright", () => section.step(1));
+actions.set("arrowleft", () => section.step(-1));
+
 const prefersLight = window.matchMedia("(prefers-color-scheme: light)").matches;
 let dark = (localStorage.getItem("theme") ?? (prefersLight ? "light" : "dark")) !== "light";
 function showTheme(): void {
@@ -99,7 +107,7 @@ actions.set("?", () => (keys.open ? keys.close() : keys.showModal()));
 byId("help").onclick = () => actions.get("?")?.();
 keys.innerHTML = "<table>" + [
   ...VIEWS.map(([, text, key]) => [key, text]), ["f", "Follow the selected arm"],
-  ...TOGGLES.map(([, text, key]) => [key, text]), ["t", "Dark or light"], ["/", "Search"], ["↑ ↓", "Select an arm"],
+  ...TOGGLES.map(([, text, key]) => [key, text]), ["x", "Section across x, y, z, or none"], ["← →", "Move the section"], ["t", "Dark or light"], ["/", "Search"], ["↑ ↓", "Select an arm"],
   ["d", "Drag a goal of the selected arm; Enter: go there"],
   ["r", "The gizmo rotates or moves"], ["?", "This table"],
   ["Esc", "Stop the cell, from anywhere on the page (no safety function). While this table is open: only close it"],
@@ -321,6 +329,9 @@ connection.onMessage = (message: Message, now: number) => {
       scene.setStatus(message);
       plots.add(message, ageOf);
       refresh();
+      break;
+    case "motions":
+      scene.setMotions(message);
       break;
     case "recording":
       timeline.setRecording(message);

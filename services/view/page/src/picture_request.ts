@@ -19,7 +19,7 @@ export interface FilmRequest extends Appearance {
 }
 export type Request = PictureRequest | FilmRequest;
 
-const LAYERS: (keyof Toggles)[] = ["goals", "halos", "planning", "binding", "names", "trails"];
+const LAYERS: (keyof Toggles)[] = ["goals", "ways", "halos", "planning", "binding", "names", "trails"];
 const TRAIL = 2000; // before the first time [ms]
 const TRAIL_STEP = 50; // [ms]
 

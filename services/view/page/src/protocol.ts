@@ -182,6 +182,17 @@ export interface StatusMessage {
   nodes: NodeStatus[];
 }
 
+/** Where a planner wants to move its arm: the tool in W, from its measured place on. Empty: nowhere, or unknown. */
+export interface Motion {
+  way: Vector[]; // through the points of its coupled plan, route or trajectory to its target
+  foreseen: Vector[]; // what is left of its newest rollout
+}
+
+export interface MotionsMessage {
+  type: "motions";
+  arms: Motion[];
+}
+
 // --- a recording: times are since its begin
 
 export interface Mark {
@@ -262,7 +273,7 @@ export type Sent =
   | (Order & { id: number });
 
 export type Message =
-  CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | RecordingMessage | PlaybackMessage | ControlMessage |
+  CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | MotionsMessage | RecordingMessage | PlaybackMessage | ControlMessage |
   ReplyMessage | PreviewMessage;
 
 /** What a page of a recording sends. A step goes to the next or previous state of the arm; empty: of any arm. */

@@ -5,13 +5,16 @@ import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./
 import { GhostDrag } from "./ghost_drag";
 import { Gizmo } from "./gizmo";
 import { PoseTrack, ServerClock, SHOWN_DELAY, StateNumbers, Track } from "./motion";
+import { MotionLines } from "./motion_lines";
 import { nearestOf, type Segment } from "./nearest";
-import type { ArmStatus, CellMessage, FrameMessage, ObstaclesMessage, Pose, StatusMessage } from "./protocol";
+import type { ArmStatus, CellMessage, FrameMessage, Motion, MotionsMessage, ObstaclesMessage, Pose, StatusMessage } from "./protocol";
+import { type Axis, Section } from "./section";
 import { loadVisuals } from "./visuals";
 import { distanceText, MARKS, stateOf } from "./words";
 
 export interface Toggles {
   goals: boolean;
+  ways: boolean; // planned ways and rollouts
   halos: boolean;
   planning: boolean;
   binding: boolean;
@@ -43,6 +46,7 @@ interface ArmEntry {
   name: Label;
   trail: THREE.Line;
   trailCount: number;
+  motion: MotionLines;
   numbers: StateNumbers;
   visible: boolean; // by the filter
 }
@@ -51,6 +55,7 @@ interface ArmEntry {
 export interface FrameStatistics {
   framesPerSecond: number;
   scriptMean: number;
+  scriptMedian: number;
   scriptMost: number;
   frames: number;
 }
@@ -72,7 +77,10 @@ export class CellScene {
   private grid = new THREE.GridHelper(1, 1);
   private readonly arms = new Map<string, ArmEntry>();
   private readonly obstacles = new Map<string, { figure: ObstacleFigure; track: PoseTrack }>();
-  private toggles: Toggles = { goals: true, halos: false, planning: false, binding: true, names: true, trails: false };
+  private toggles: Toggles = {
+    goals: true, ways: true, halos: false, planning: false, binding: true, names: true, trails: false,
+  };
+  readonly section = new Section();
   private selected: string | null = null;
   private followed: string | null = null;
   private floor = 0;
@@ -92,6 +100,7 @@ export class CellScene {
   constructor(private readonly host: HTMLElement, private readonly forPictures = false) {
     // A picture is taken from the canvas some time after it was drawn.
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: forPictures });
+    this.renderer.localClippingEnabled = true; // of the section
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     host.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
@@ -119,7 +128,8 @@ export class CellScene {
   setCell(cell: CellMessage): void {
     for (const entry of this.arms.values()) {
       entry.figure.remove();
-      this.overlay.remove(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, entry.trail);
+      this.overlay.remove(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, entry.trail, entry.motion.way,
+                          entry.motion.foreseen);
     }
     this.dragGoal(null);
     this.arms.clear();
@@ -127,17 +137,17 @@ export class CellScene {
     this.floor = cell.floor;
     const loading: Promise<void>[] = [];
     cell.arms.forEach((arm, index) => {
-      const figure = new ArmFigure(arm, index, this.scene);
+      const figure = new ArmFigure(arm, index, this.scene, this.section.planes);
       const trail = new THREE.Line(
         new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(TRAIL_POINTS * 3, 3)),
         new THREE.LineBasicMaterial({ color: armColour(index), transparent: true, opacity: 0.8 }));
       trail.frustumCulled = false;
       const entry: ArmEntry = {
         figure, track: new Track(), age: Number.POSITIVE_INFINITY, status: null, pair: new PairLine(0xe8b04a), pairLabel: new Label(),
-        name: new Label(), trail, trailCount: 0, numbers: new StateNumbers(), visible: true,
+        name: new Label(), trail, trailCount: 0, motion: new MotionLines(armColour(index)), numbers: new StateNumbers(), visible: true,
       };
       entry.pair.line.visible = entry.pairLabel.sprite.visible = trail.visible = false;
-      this.overlay.add(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, trail);
+      this.overlay.add(entry.pair.line, entry.pairLabel.sprite, entry.name.sprite, trail, entry.motion.way, entry.motion.foreseen);
       figure.showLayers(this.toggles);
       this.arms.set(arm.name, entry);
       if (arm.urdf !== null) {
@@ -160,6 +170,7 @@ export class CellScene {
   private forgetMotion(): void {
     for (const entry of this.arms.values()) {
       entry.track = new Track();
+      entry.motion.set({ way: [], foreseen: [] });
       if (!this.forPictures) entry.trailCount = 0;
       entry.figure.move(entry.figure.arm.start);
     }
@@ -171,7 +182,7 @@ export class CellScene {
     const before = new Map(this.obstacles);
     this.obstacles.clear();
     for (const obstacle of message.obstacles) {
-      const figure = new ObstacleFigure(obstacle);
+      const figure = new ObstacleFigure(obstacle, this.section.planes);
       this.scene.add(figure.group);
       this.obstacles.set(obstacle.name, { figure, track: before.get(obstacle.name)?.track ?? new PoseTrack() });
     }
@@ -210,6 +221,14 @@ export class CellScene {
     this.showGoals();
   }
 
+  setMotions(message: MotionsMessage): void {
+    let index = 0;
+    for (const entry of this.arms.values()) {
+      entry.motion.set(message.arms[index++] ?? { way: [], foreseen: [] });
+      entry.motion.show(this.toggles.ways);
+    }
+  }
+
   // --- what is shown
 
   setToggles(toggles: Toggles): void {
@@ -217,6 +236,7 @@ export class CellScene {
     for (const entry of this.arms.values()) {
       entry.figure.showLayers(toggles);
       entry.trail.visible = toggles.trails;
+      entry.motion.show(toggles.ways);
     }
     this.showGoals();
   }
@@ -313,6 +333,19 @@ export class CellScene {
     this.controls.update();
   }
 
+  /** Cuts the bodies across an axis in the middle of the arms, and leaves out the side of the camera. Null: no section. */
+  cut(axis: Axis | null): void {
+    if (axis === null) return this.section.set(null, 0, 1);
+    const [low, high] = this.extent(axis);
+    const viewer = this.camera.position[axis] - this.controls.target[axis];
+    this.section.set(axis, (low + high) / 2, viewer < 0 ? -1 : 1);
+  }
+  /** Of the arms along an axis [m]. */
+  extent(axis: Axis): [number, number] {
+    const box = this.bounds();
+    return [box.min[axis] - 0.1, box.max[axis] + 0.1];
+  }
+
   /** Age of the newest state of an arm at local time `now` [ms]. */
   ageOf(arm: string, now: number): number {
     const entry = this.arms.get(arm);
@@ -328,9 +361,15 @@ export class CellScene {
     return {
       framesPerSecond: span > 0 ? ((this.times.length - 1) * 1000) / span : 0,
       scriptMean: this.script.reduce((sum, t) => sum + t, 0) / Math.max(1, this.script.length),
+      scriptMedian: [...this.script].sort((a, b) => a - b)[Math.floor(this.script.length / 2)] ?? 0,
       scriptMost: Math.max(0, ...this.script),
       frames: this.script.length,
     };
+  }
+
+  /** The next statistics are those of frames from now on. For tests. */
+  forgetStatistics(): void {
+    this.times.length = this.script.length = 0;
   }
 
   /** An arm as it is drawn: joint positions, and the poses of all links in W (column-major). Null before its first
@@ -341,6 +380,9 @@ export class CellScene {
     const links = entry.figure.tree.links.map((group) => [group.name, Array.from(group.matrixWorld.elements)] as const);
     return { q: [...entry.figure.q], base: [...entry.figure.arm.base], links: Object.fromEntries(links) };
   }
+  motionOf(arm: string): Motion | null {
+    return this.arms.get(arm)?.motion.drawn ?? null;
+  }
   opacityOf(arm: string): number {
     return this.arms.get(arm)?.figure.shownOpacity ?? 0;
   }
@@ -350,6 +392,11 @@ export class CellScene {
     if (!entry) return null;
     const point = entry.figure.toolPosition(this.vector).project(this.camera);
     return [((point.x + 1) / 2) * this.host.clientWidth, ((1 - point.y) / 2) * this.host.clientHeight];
+  }
+
+  /** Of the newest frame, column-major. For tests. */
+  get cameraMatrices(): { view: number[]; projection: number[] } {
+    return { view: this.camera.matrixWorldInverse.toArray(), projection: this.camera.projectionMatrix.toArray() };
   }
 
   // --- pictures
@@ -511,12 +558,12 @@ export class CellScene {
       ray.setFromCamera(point, this.camera);
       let best: { arm: string; distance: number } | null = null;
       for (const [name, { figure }] of this.arms) {
-        const hit = ray.intersectObjects(figure.parts, true)[0];
+        const hit = ray.intersectObjects(figure.parts, true).find(({ point }) => !this.section.hides(point));
         if (hit && (!best || hit.distance < best.distance)) best = { arm: name, distance: hit.distance };
       }
       let nearest: { name: string; distance: number } | null = null;
       for (const [name, { figure }] of this.obstacles) {
-        const hit = ray.intersectObject(figure.group, true)[0];
+        const hit = ray.intersectObject(figure.group, true).find(({ point }) => !this.section.hides(point));
         if (hit && (!nearest || hit.distance < nearest.distance)) nearest = { name, distance: hit.distance };
       }
       if (nearest && (!best || nearest.distance < best.distance)) this.onObstacle(nearest.name);

@@ -1,89 +1,18 @@
-// The page of a live cell of three PUMA 560 in a browser, while an arm moves.
+// The page of a live cell of three PUMA 560 in a browser, while the arm north moves: states in words, keys, search, planned
+// ways and sections. Then it asks on stdout that the arm rests, that its driver stops, and that it goes on ("continue").
 //
-// usage: node browser.mjs URL BROWSER URDF
-//
-// It compares the poses of all links on the page with a forward kinematics of its own, which reads the URDF; looks that
-// the arm moves and that names of states appear; and presses keys. It prints frames per second and the time of scripts.
+// usage: node browser.mjs URL BROWSER [PICTURE.png]
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { chromium } from "playwright-core";
+import { chroma, hues, LAUNCH, open, pixelsOf, shoot } from "./pixels.mjs";
 
-const [url, executablePath, urdf] = process.argv.slice(2);
+const [url, executablePath, picture] = process.argv.slice(2);
+const ARMS = ["north", "west", "east"];
 
-// --- forward kinematics from the URDF: 4 × 4 matrices in rows
-
-const product = (a, b) => a.map((row) => b[0].map((_, j) => row.reduce((sum, x, k) => sum + x * b[k][j], 0)));
-const turn = (axis, angle) => {
-  const [x, y, z] = axis;
-  const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  const t = 1 - c;
-  return [[t * x * x + c, t * x * y - s * z, t * x * z + s * y, 0], [t * x * y + s * z, t * y * y + c, t * y * z - s * x, 0],
-          [t * x * z - s * y, t * y * z + s * x, t * z * z + c, 0], [0, 0, 0, 1]];
-};
-const shift = ([x, y, z]) => [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]];
-const posed = (xyz, [r, p, y]) =>
-  [shift(xyz), turn([0, 0, 1], y), turn([0, 1, 0], p), turn([1, 0, 0], r)].reduce(product);
-const numbers = (text, tag, attribute, otherwise) => {
-  const found = new RegExp(`<${tag}[^>]*\\b${attribute}="([^"]*)"`).exec(text);
-  return found ? found[1].trim().split(/\s+/).map(Number) : otherwise;
-};
-
-const joints = [...readFileSync(urdf, "utf8").matchAll(/<joint\s[^>]*type="(\w+)"[\s\S]*?<\/joint>/g)].map(([text, type]) => ({
-  type,
-  parent: /<parent\s+link="([^"]+)"/.exec(text)[1],
-  child: /<child\s+link="([^"]+)"/.exec(text)[1],
-  origin: posed(numbers(text, "origin", "xyz", [0, 0, 0]), numbers(text, "origin", "rpy", [0, 0, 0])),
-  axis: numbers(text, "axis", "xyz", [1, 0, 0]),
-}));
-
-function linkPoses(base, q) {
-  const children = new Set(joints.map((joint) => joint.child));
-  const poses = new Map([[joints.find((joint) => !children.has(joint.parent)).parent, base]]);
-  let next = 0;
-  for (const joint of joints) {
-    const motion = joint.type === "fixed" ? shift([0, 0, 0]) : turn(joint.axis, q[next++]);
-    poses.set(joint.child, [poses.get(joint.parent), joint.origin, motion].reduce(product));
-  }
-  return poses;
-}
-
-// --- the page
-
-const browser = await chromium.launch({
-  executablePath, args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"],
-});
+const browser = await chromium.launch({ executablePath, ...LAUNCH });
 try {
-  const page = await browser.newPage({ viewport: { width: 800, height: 500 } });
-  page.setDefaultTimeout(240_000);  // software rendering beside other tests takes minutes
-  const errors = [];
-  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
-  page.on("pageerror", (error) => errors.push(error.message));
-  await page.goto(url);
-  await page.waitForFunction(() => Boolean(window.hecaton?.scene.drawn("north")));
-
-  // The arm moves: several configurations.
-  const seen = [];
-  for (let i = 0; i < 5; ++i) {
-    const before = seen.length ? seen[seen.length - 1].north.q : null;
-    if (i < 3) {
-      await page.waitForFunction((last) => last === null ||
-        window.hecaton.scene.drawn("north").q.some((value, k) => Math.abs(value - last[k]) > 0.02), before);
-    }
-    seen.push(await page.evaluate(() => Object.fromEntries(["north", "west", "east"].map(
-      (arm) => [arm, window.hecaton.scene.drawn(arm)]))));
-  }
-  let worst = 0;
-  for (const shown of seen) {
-    for (const { q, base, links } of Object.values(shown)) {
-      const expected = linkPoses(product(shift(base.slice(0, 3)), quaternion(base.slice(3))), q);
-      for (const [link, columns] of Object.entries(links)) {
-        const pose = expected.get(link);
-        if (!pose) continue;
-        for (let row = 0; row < 3; ++row) worst = Math.max(worst, Math.abs(columns[12 + row] - pose[row][3]));
-      }
-    }
-  }
-  assert.ok(worst < 1e-4, `a link is ${worst} m from where it should be`);
+  const { page, errors } = await open(browser, url, { width: 1200, height: 700 });
+  await page.waitForFunction((arms) => arms.every((arm) => window.hecaton?.scene.drawn(arm)), ARMS);
 
   // States in words, keys, search.
   await page.waitForFunction(() => document.querySelector("#mode").textContent === "RUN");
@@ -96,32 +25,77 @@ try {
   await page.locator("#search").fill("");
   await page.waitForFunction(() => document.querySelectorAll("#arms li").length === 3);
   await page.evaluate(() => document.activeElement.blur());
-  for (const key of ["s", "p", "l", "g", "b", "n", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
+  for (const key of ["s", "p", "l", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
 
-  // Not an empty picture: the middle of the scene has many colours.
-  const colours = await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => {
-    const source = document.querySelector("#scene canvas");
-    const copy = document.createElement("canvas");
-    [copy.width, copy.height] = [200, 150];
-    requestAnimationFrame(() => {
-      copy.getContext("2d").drawImage(source, 0, 0, 200, 150);
-      const { data } = copy.getContext("2d").getImageData(0, 0, 200, 150);
-      const found = new Set();
-      for (let i = 0; i < data.length; i += 4) found.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
-      resolve(found.size);
-    });
-  })));
-  assert.ok(colours > 20, `the scene has ${colours} colours`);
+  // The way of the tool begins at the tool, and ends elsewhere. W hides it.
+  const way = await page.waitForFunction(() => {
+    const { scene } = window.hecaton;
+    const drawn = scene.motionOf("north").way;
+    if (drawn.length < 3) return null;
+    const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    return { begin: apart(drawn[0], scene.toolOf("north")), length: apart(drawn[0], drawn[drawn.length - 1]) };
+  });
+  const { begin, length } = await way.jsonValue();
+  assert.ok(length > 0.05 && begin < length + 0.2, `the way begins ${begin} m from the tool, and leads ${length} m away`);
+  if (picture) await page.screenshot({ path: picture });
+  const drawnWay = () => page.evaluate(() => window.hecaton.scene.motionOf("north").way.length);
+  await page.keyboard.press("w");
+  assert.equal(await drawnWay(), 0);
+  await page.keyboard.press("w");
+
+  // Bodies only, without the halos of above. A section across x takes all away at one end, and nothing at the other.
+  for (const key of ["g", "b", "n", "w", "s", "p", "l", "t"]) await page.keyboard.press(key);
+  const coloured = async () => {
+    await page.evaluate(shoot, ARMS);
+    const all = await page.evaluate(hues);
+    return ARMS.reduce((sum, _, index) => sum + pixelsOf(all, index).length, 0);
+  };
+  const whole = await coloured();
+  assert.ok(whole > 500, `the arms have ${whole} pixels`);
+  await page.keyboard.press("x");
+  const slider = page.getByRole("slider", { name: "Place of the section" });
+  const half = await coloured();
+  assert.ok(half < 0.9 * whole && half > 0.1 * whole, `${half} of ${whole} pixels are left`);
+  if (picture) await page.screenshot({ path: picture.replace(".png", "-section.png") });
+  const at = Number(await slider.inputValue());
+  await page.keyboard.press("ArrowLeft");
+  assert.ok(Number(await slider.inputValue()) < at, "the key moves the section");
+  const [low, high] = [await slider.getAttribute("min"), await slider.getAttribute("max")];
+  await slider.fill(low);
+  const ends = [await coloured()];
+  await slider.fill(high);
+  ends.push(await coloured());
+  ends.sort((a, b) => a - b);
+  assert.equal(ends[0], 0, "a section before the first body leaves pixels");
+  assert.ok(ends[1] > 0.8 * whole, "a section behind the last body hides something"); // north moves
+  await slider.evaluate((element) => element.blur());
+  for (const key of ["x", "x", "x"]) await page.keyboard.press(key); // y, z, none
+  assert.ok(await slider.isHidden());
+  assert.ok(await coloured() > 0.8 * whole);
+
+  // An arm without states fades, and only that one. Its agent restarts a driver that hangs for ten seconds.
+  console.log("let the arms rest");
+  const chromas = async (all) => Promise.all(ARMS.map((_, index) => page.evaluate(chroma, pixelsOf(all, index))));
+  const shown = async () => (await page.evaluate(shoot, ARMS)).arms.north.q;
+  const fresh = {};
+  do {
+    fresh.q = await shown();
+    fresh.all = await page.evaluate(hues);
+    fresh.chroma = await chromas(fresh.all);
+  } while (await page.evaluate(() => window.hecaton.scene.opacityOf("north")) < 1 || String(await shown()) !== String(fresh.q));
+  console.log("stop the driver");
+  await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") < 0.4);
+  assert.equal(String(await shown()), String(fresh.q));
+  const now = await chromas(fresh.all);
+  ARMS.forEach((arm, index) => {
+    const left = now[index] / fresh.chroma[index];
+    console.log(`${arm}: ${pixelsOf(fresh.all, index).length} pixels have ${(left * 100).toFixed(0)} % of their colour`);
+    assert.ok(arm === "north" ? left < 0.75 : left > 0.9, `${arm} has ${left} of its colour`);
+  });
+  if (picture) await page.screenshot({ path: picture.replace(".png", "-stale.png") });
+  console.log("continue");
+  await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") === 1);
   assert.deepEqual(errors, []);
-  const statistics = await page.evaluate(() => window.hecaton.scene.statistics);
-  console.log(`largest error ${(worst * 1e3).toFixed(4)} mm; ${statistics.framesPerSecond.toFixed(1)} frames/s, ` +
-              `scripts ${statistics.scriptMean.toFixed(2)} ms a frame`);
 } finally {
   await browser.close();
-}
-
-function quaternion([x, y, z, w]) {
-  return [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 0],
-          [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), 0],
-          [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), 0], [0, 0, 0, 1]];
 }

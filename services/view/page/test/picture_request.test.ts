@@ -8,7 +8,7 @@ test("a picture of a cell that stands has no time", () => {
   const asked = request("picture=png&view=top&theme=light&layers=names,goals");
   assert.deepEqual(asked, {
     kind: "png", at: null, view: "top", dark: false,
-    toggles: { goals: true, halos: false, planning: false, binding: false, names: true, trails: false },
+    toggles: { goals: true, ways: false, halos: false, planning: false, binding: false, names: true, trails: false },
   });
   assert.deepEqual(trailOf(asked), []);
 });

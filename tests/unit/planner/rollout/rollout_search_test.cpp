@@ -73,6 +73,20 @@ TEST_F(Wall, ManoeuvreArrivesAtThePredictedTime) {
   EXPECT_DOUBLE_EQ(cell.reached(0), found.cost);
 }
 
+TEST_F(Wall, AnswerHasThePathOfItsRollout) {
+  const RolloutAnswer found = answer(7);
+  RolloutSimulation cell({test::planar_point()}, {without_following()}, 0.025);
+  cell.set_obstacles(boxes_);
+  auto arms = question_.arms;
+  begin(found.manoeuvre, arms[0].memory);
+  cell.begin(arms, question_.obstacles);
+  ASSERT_EQ(found.path.size(), static_cast<std::size_t>(found.cost / kRolloutPathStep + 1e-9) + 1);
+  for (std::size_t i = 0; i < found.path.size(); ++i) {
+    while (cell.time() < kRolloutPathStep * static_cast<double>(i) - 1e-9) cell.step();
+    EXPECT_EQ(found.path[i], cell.arm(0).q) << "point " << i;
+  }
+}
+
 TEST_F(Wall, AnswerIsIndependentOfInterruptions) {
   const RolloutAnswer whole = answer(1'000'000);
   const RolloutAnswer in_pieces = answer(1);

@@ -56,6 +56,7 @@ TEST_F(CoupledPlanOfTwo, FollowsThePlanAndWaitsAtEachPoint) {
   steps(2);
   EXPECT_TRUE(policy_.participating());
   EXPECT_EQ(policy_.progress().proposer, 1);
+  EXPECT_EQ(policy_.left(), (std::vector{joints({0.25, 0}), joints({0.5, 0})}));
   steps(200);
   EXPECT_TRUE(policy_.participating());
   EXPECT_NEAR(measured_.q[0], 0.25, 0.01) << "the other has not reached the next point";
@@ -71,6 +72,7 @@ TEST_F(CoupledPlanOfTwo, EndsAtOnceWhenAnotherArmStopsPlanning) {
   arms_[1].plans = false;  // held, stopped, or its planner is gone; its last progress still names the plan
   step();
   EXPECT_FALSE(policy_.participating());
+  EXPECT_TRUE(policy_.left().empty());
   arms_[1].plans = true;
   steps(10);
   EXPECT_FALSE(policy_.participating()) << "the arm does not join a plan again";

@@ -113,7 +113,7 @@ TEST_F(SimulatedRecording, HasTheTopicsOfALiveCell) {
   for (const Json& topic : info.at("topics")) topics.insert(topic.at("topic"));
   for (const char* topic :
        {"ArmState", "ArmCommand", "ObstacleShapes", "ObstacleStates", "ContactReport", "Goal", "GoalStatus",
-        "CoupledPlan", "CoupledPlanProgress", "Heartbeat", "CellMode", "PlannerTick"}) {
+        "CoupledPlan", "CoupledPlanProgress", "Heartbeat", "CellMode", "PlannerTick", "PlannedMotion"}) {
     EXPECT_TRUE(topics.contains(std::string("hecaton/") + topic)) << topic;
   }
   EXPECT_EQ(info.at("cell"), "three_puma");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/model/kinematics.hpp"
 #include "services/agent/service_plan.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/runtime/cause.hpp"
@@ -153,7 +154,8 @@ class LiveViewTest : public testing::Test {
           heartbeat(participant),
           shapes(participant),
           obstacles(participant),
-          tool(participant) {}
+          tool(participant),
+          motion(participant) {}
     bus::Writer<msg::ArmState> state;
     bus::Writer<msg::GoalStatus> goal;
     bus::Writer<msg::CellMode> mode;
@@ -162,6 +164,7 @@ class LiveViewTest : public testing::Test {
     bus::Writer<msg::ObstacleShapes> shapes;
     bus::Writer<msg::ObstacleStates> obstacles;
     bus::Writer<msg::ToolState> tool;
+    bus::Writer<msg::PlannedMotion> motion;
   };
 
   [[nodiscard]] std::uint16_t port() const {
@@ -307,6 +310,48 @@ TEST_F(LiveViewTest, AgesGrowWhenStatesCease) {
     EXPECT_GT(age, before);
     before = age;
   }
+}
+
+TEST_F(LiveViewTest, HasTheWayOfTheToolUntilThePlannerIsSilent) {
+  WebSocketClient page(port());
+  ASSERT_TRUE(writers_->state.wait_matched(1, 20s));
+  ASSERT_TRUE(writers_->heartbeat.wait_matched(1, 20s));
+  ASSERT_TRUE(writers_->motion.wait_matched(1, 20s));
+  msg::PlannedMotion motion;
+  motion.arm("north");
+  motion.node("planner/north");
+  const std::vector<double> target{0.5, 0.25, 0.25, 0.25, 0.25, 0.25};
+  motion.way(target);
+  motion.foreseen(std::vector<double>(12, 0.3));
+  motion.foreseen_period(1000.0);
+  ASSERT_TRUE(writers_->motion.write(motion));
+  const Json shown = page.wait_for("motions", [&](const Json& message) {
+    publish_state(0.25);
+    publish_heartbeats();
+    return !message.at("arms")[0].at("way").empty();
+  });
+  const auto tool_at = [&](const std::vector<double>& q) {
+    const planner::Arm& arm = file_.cell.arms[0].arm;
+    planner::Kinematics kinematics;
+    planner::forward_kinematics(*arm.model, arm.X_WB, Eigen::Map<const Eigen::VectorXd>(q.data(), 6), kinematics);
+    return kinematics.X_WT.translation().eval();
+  };
+  const auto expect_at = [](const Json& point, const Eigen::Vector3d& p_W) {
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(point[k].get<double>(), p_W[k], 1e-4);
+  };
+  const Json& way = shown.at("arms")[0].at("way");
+  EXPECT_GT(way.size(), 3U) << "a tool moves on a curve";
+  expect_at(way.front(), tool_at(std::vector<double>(6, 0.25)));
+  expect_at(way.back(), tool_at(target));
+  const Json& foreseen = shown.at("arms")[0].at("foreseen");
+  EXPECT_EQ(foreseen.size(), 3U) << "the measured position, and both points";
+  expect_at(foreseen.back(), tool_at(std::vector<double>(6, 0.3)));
+  EXPECT_TRUE(shown.at("arms")[1].at("way").empty());
+
+  static_cast<void>(page.wait_for("motions", [&](const Json& message) {
+    publish_state(0.25);
+    return message.at("arms")[0].at("way").empty();
+  }));
 }
 
 TEST_F(LiveViewTest, FollowsObstaclesThatComeAndGo) {
