@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <utility>
+#include <variant>
 
 #include "planner/local/goal_objective.hpp"
 #include "planner/local/joint_distance.hpp"
@@ -40,6 +41,7 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
                              std::uint64_t seed)
     : geometry_(std::move(geometry)),
       parameters_(parameters),
+      state_age_limit_(parameters.state_age_limit),
       dt_(control_period),
       scratch_(geometry_, parameters_),
       memory_{LocalMemory(seed)},
@@ -48,6 +50,10 @@ ArmController::ArmController(CellGeometry geometry, LocalParameters parameters, 
       ramp_(geometry_.own_arm().limits) {}
 
 void ArmController::set_obstacles(std::span<const world::Obstacle> obstacles) {
+  obstacle_moves_.clear();
+  for (const world::Obstacle& obstacle : obstacles) {
+    obstacle_moves_.push_back(!std::holds_alternative<world::StaticMotion>(obstacle.motion));
+  }
   if (guide_) return guide_->set_obstacles(obstacles);
   geometry_.set_obstacles(obstacles);
   scratch_.rebuild(geometry_);
@@ -200,6 +206,24 @@ void ArmController::describe(MemoryArchive& archive) {
   archive(sent_, ramp_, ordered_speed_, speed_, aside_, pauses_);
 }
 
+/// The arm is where the set-point says `delay` [s] later. By then all states are so much older, except that of an
+/// obstacle which stays where it is put. What is too old is too old by the true age.
+void ArmController::age_states(double delay, TickInput& input) {
+  const double limit = state_age_limit_;
+  parameters_.state_age_limit = limit + delay;
+  arms_then_.assign(input.arms.begin(), input.arms.end());
+  for (ArmObservation& arm : arms_then_) {
+    if (!arm.lost()) arm.age += delay;
+  }
+  obstacles_then_.assign(input.obstacles.begin(), input.obstacles.end());
+  for (std::size_t i = 0; i < obstacles_then_.size(); ++i) {
+    const bool stays = i < obstacle_moves_.size() && !obstacle_moves_[i];
+    if (!stays || obstacles_then_[i].age > limit) obstacles_then_[i].age += delay;
+  }
+  input.arms = arms_then_;
+  input.obstacles = obstacles_then_;
+}
+
 void ArmController::skip(double time) {
   if (setpoint_) stop_for(geometry_.own_arm().limits, time, setpoint_->q, setpoint_->qd);
 }
@@ -207,6 +231,7 @@ void ArmController::skip(double time) {
 TickResult ArmController::step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                                std::span<const world::ObstacleState> obstacles, bool hold) {
   if (!feedback.follows) forget_setpoint();
+  parameters_.state_age_limit = state_age_limit_;
   std::optional<JointVector> tracking_error;
   const auto reference = sent_.reference(feedback.setpoint, feedback.setpoint_age - feedback.tracking_delay);
   if (reference) tracking_error = feedback.state.q - reference->q;
@@ -215,6 +240,7 @@ TickResult ArmController::step(const OwnArmFeedback& feedback, std::span<const A
   input.obstacles = obstacles;
   input.hold = hold;
   input.speed_scaling = feedback.speed_scaling;
+  if (feedback.tracking_delay > 0.0) age_states(feedback.tracking_delay, input);
   return step_from(dead_reckoned(geometry_.own_arm().limits, feedback, dt_), tracking_error, std::move(input));
 }
 

@@ -57,8 +57,9 @@ class ArmController {
 
   /// Plans one control period. The set-point continues from the last one. If the measured position deviates from its
   /// reference by more than 0.05 rad or m, the set-point starts again from the measured state. The reference is the
-  /// set-point that the drive had at that time, less the drive's tracking delay
-  /// (docs/explanation/0006-latency-compensation.md, "The own arm"). Allocates only in a guide.
+  /// set-point that the drive had at that time, less the drive's tracking delay. All states count as older by that
+  /// delay (docs/explanation/0006-latency-compensation.md, "Arms that lag"). Allocates only in a guide, or when the
+  /// delay begins.
   TickResult step(const OwnArmFeedback& feedback, std::span<const ArmObservation> arms,
                   std::span<const world::ObstacleState> obstacles, bool hold);
   /// Records that the last period's set-point was sent under this number. Numbers grow.
@@ -110,6 +111,7 @@ class ArmController {
   TickResult step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
                        TickInput input);
 
+  void age_states(double delay, TickInput& input);
   void resume_trajectory(bool follows, const TickInput& input);
   void follow_trajectory(bool follows, const TickResult& result);
   void go_around();
@@ -121,6 +123,7 @@ class ArmController {
 
   CellGeometry geometry_;
   LocalParameters parameters_;
+  double state_age_limit_;  ///< of the parameters [s]
   double dt_;
   TickScratch scratch_;
   TickMemory memory_;
@@ -130,6 +133,10 @@ class ArmController {
   std::optional<JointVector> aim_;  ///< of follow_coupled_plan()
   std::optional<MeasuredState> setpoint_;
   SetpointLog sent_;
+  std::vector<bool> obstacle_moves_;  ///< not only where it is put
+  // While the arm lags behind its set-points: the states, as old as they are when it has caught up with the next one.
+  std::vector<ArmObservation> arms_then_;
+  std::vector<world::ObstacleState> obstacles_then_;
   std::unique_ptr<MotionGuide> guide_;
   SpeedRamp ramp_;
   double ordered_speed_ = 1.0;

@@ -38,13 +38,13 @@ double least_distance(const AgedPair& pair) {
 // At the time of the measurement the distance to dₛ was x = d − dₛ + (v_own + v_other) τ. The other body keeps its
 // damper:
 //
-//     ẋ = −v_own − k x   ⇒   x(τ) = x e^(−kτ) − v_own (1 − e^(−kτ))/k
+//     ẋ = −v_own − k x   ⇒   x(τ) ≥ x e^(−kτ) − v_fastest (1 − e^(−kτ))/k
 //
 // Both bounds hold, so the larger one applies, but never more than the expected distance.
 double least_distance(const AgedPair& pair, double security_distance, double slope) {
   const double decay = std::exp(-slope * pair.age);
   const double then = pair.distance - security_distance + (pair.own_speed + pair.other_speed) * pair.age;
-  const double damped = security_distance + then * decay - pair.own_speed * (1.0 - decay) / slope;
+  const double damped = security_distance + then * decay - pair.own_fastest * (1.0 - decay) / slope;
   return std::min(pair.distance, std::max(damped, least_distance(pair)));
 }
 

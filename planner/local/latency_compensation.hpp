@@ -40,6 +40,7 @@ struct AgedPair {
   double distance = 0.0;            ///< expected now, from the extrapolated state [m]
   double age = 0.0;                 ///< of the other body's state [s], ≥ 0
   double own_speed = 0.0;           ///< approach speed of the own point [m/s]
+  double own_fastest = 0.0;         ///< bound of that speed since the other body's state [m/s], ≥ own_speed
   double other_speed = 0.0;         ///< approach speed of the other point in the old state [m/s]
   double other_acceleration = 0.0;  ///< bound of the other point's acceleration [m/s²]
 };

@@ -17,6 +17,15 @@ double lag(const DamperScene& scene, const Row& row) {
   return scene.tracking_error.size() == 0 ? 0.0 : std::max(0.0, row.g.dot(scene.tracking_error));
 }
 
+/// Bound of the own point's approach speed since an old state [m/s]. The direction to a body that passes has turned
+/// since, so that motion across it now may have been an approach then.
+double fastest_approach(const DamperScene& scene, const Clearance& clearance, double approach) {
+  PointJacobian J;
+  point_jacobian(*scene.geometry.own_arm().model, scene.own, clearance.own_link, clearance.p_own_W, J);
+  const Eigen::Vector3d velocity = J * scene.own_qd;
+  return approach >= 0.0 ? velocity.norm() : (velocity - approach * clearance.n_W).norm();
+}
+
 void keep(const DamperScene& scene, const Damper& damper, double distance, double share, double approach, Row& row) {
   row.h = share * damper.speed(distance) - approach;
   row.stop_time = damper.time_constant(distance) - scene.dt;
@@ -60,9 +69,11 @@ void against_arm(const DamperScene& scene, const Clearance& clearance, Row& row)
   directional_jacobian(*arm.model, scene.arms[clearance.other], clearance.other_link, clearance.p_other_W,
                        -clearance.n_W, g_other);
   const double approach = g_other.dot(other.qd);
+  const double own_approach = row.g.dot(scene.own_qd);
   const AgedPair pair{.distance = clearance.distance - lag(scene, row),
                       .age = other.age,
-                      .own_speed = row.g.dot(scene.own_qd),
+                      .own_speed = own_approach,
+                      .own_fastest = fastest_approach(scene, clearance, own_approach),
                       .other_speed = approach,
                       .other_acceleration = g_other.cwiseAbs().dot(arm.limits.acceleration)};
   const double distance =

@@ -38,10 +38,18 @@ JointVector ServoedJoints::correction(const JointVector& error) const {
 ArmModel::ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout)
     : interpolator_(limits, q, command_timeout), joints_(limits, q) {}
 
+ArmModel::ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout,
+                   const ServoParameters& servo, std::uint64_t seed)
+    : ArmModel(limits, q, command_timeout) {
+  if (!servo.perfect()) servo_.emplace(limits, servo, q, seed);
+}
+
 // When stopping, the joints brake from the same state as the interpolator. Following it would add rounding errors.
 void ArmModel::step(double dt) {
-  const JointState& set_point = interpolator_.step(dt, joints_.state());
-  if (interpolator_.mode() == DriveMode::kTracking) {
+  const JointState& set_point = interpolator_.step(dt, continues_from());
+  if (servo_) {
+    servo_->follow(set_point, dt);
+  } else if (interpolator_.mode() == DriveMode::kTracking) {
     joints_.follow(set_point, dt);
   } else {
     joints_.brake(dt);
@@ -49,7 +57,7 @@ void ArmModel::step(double dt) {
 }
 
 bool ArmModel::command(const JointVector& q, const JointVector& qd, double period) {
-  return interpolator_.command({{q, qd}, period}, joints_.state());
+  return interpolator_.command({{q, qd}, period}, continues_from());
 }
 
 }  // namespace hecaton::planner

@@ -62,6 +62,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
   EpisodeRecord record;
   EpisodeOptions episode_options;
   episode_options.network = options.network;
+  episode_options.servos = options.servos;
   episode_options.world_time = random.uniform(0.0, kScriptSpan);
   episode_options.seed = random.next();
   episode_options.threads = options.threads;

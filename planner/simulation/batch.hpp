@@ -40,7 +40,8 @@ struct BatchOptions {
   std::uint64_t seed = 1;
   int threads = 1;  ///< run episodes in parallel; surplus threads share the arms of an episode
   NetworkParameters network;
-  bool measure_ticks = false;  ///< measures computing times
+  std::vector<ServoParameters> servos = {};  ///< of each arm; empty: all are perfect
+  bool measure_ticks = false;                ///< measures computing times
   std::function<void(const EpisodeMoment&)>
       observe_first;        ///< called in every period of the first episode; may be empty
   BatchLog* log = nullptr;  ///< null: none

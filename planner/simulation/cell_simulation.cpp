@@ -124,6 +124,7 @@ struct SimulatedArm {
   ArmPlannerOptions options;
   VirtualTimeSearches searches;
   ArmModel drive;
+  double tracking_delay = 0.0;       ///< of the drive [s]
   DelayedObservations observations;  ///< what its planner knows of other arms
   RangeScanner scanner;
   PeriodEvents events = {};    ///< of the next period
@@ -164,7 +165,8 @@ class Episode {
       planners_.back().receive({.obstacles = search_scene_.obstacles});
       arms_.push_back({.options = planner_options[i],
                        .searches = VirtualTimeSearches(search_scene_, i),
-                       .drive = ArmModel(cell.arms[i].arm.limits, starts[i], cell.timing.command_timeout),
+                       .drive = drive(i, starts[i]),
+                       .tracking_delay = options.servos.empty() ? 0.0 : options.servos[i].delay(),
                        .observations = std::move(observations[i]),
                        .scanner = RangeScanner(cell.arms[i], random.next())});
       measure(i);
@@ -217,6 +219,13 @@ class Episode {
   }
 
  private:
+  [[nodiscard]] ArmModel drive(int i, const JointVector& start) const {
+    const JointLimits& limits = cell_.arms[i].arm.limits;
+    if (options_.servos.empty()) return {limits, start, cell_.timing.command_timeout};
+    return {limits, start, cell_.timing.command_timeout, options_.servos[i],
+            options_.seed + static_cast<std::uint64_t>(i)};
+  }
+
   /// All arms and the world publish; then each planner ticks on what has reached it, and its drive follows. No planner
   /// sees another arm's next state, so that the order of the arms does not matter.
   void plan_and_move(double now, double dt) {
@@ -242,7 +251,7 @@ class Episode {
   void log_moment(double now) const {
     if (options_.log == nullptr) return;
     std::vector<JointState> measured;
-    for (const SimulatedArm& arm : arms_) measured.push_back({arm.drive.q(), arm.drive.qd()});
+    for (const SimulatedArm& arm : arms_) measured.push_back(arm.drive.measured());
     options_.log->publish({now, measured, world_.snapshot(), world_.contact_monitor().report()});
   }
 
@@ -257,7 +266,8 @@ class Episode {
     PeriodInputs inputs;
     inputs.answers = arm.searches.answers();
     arm.search_us = timed ? processor_us() - spent : 0.0;
-    inputs.own.state = {arm.drive.q(), arm.drive.qd()};
+    inputs.own.state = {arm.drive.measured().q, arm.drive.measured().qd};
+    inputs.own.tracking_delay = arm.tracking_delay;
     inputs.own.follows = true;
     inputs.own.setpoint = number_;
     inputs.own.setpoint_age = cell_.timing.control_period;
@@ -280,8 +290,9 @@ class Episode {
 
   [[nodiscard]] ArmObservation own_state(std::size_t i) const {
     const ArmController& controller = planners_[i].controller();
-    return {arms_[i].drive.q(),
-            arms_[i].drive.qd(),
+    const JointState& measured = arms_[i].drive.measured();
+    return {measured.q,
+            measured.qd,
             0.0,
             true,
             true,

@@ -87,7 +87,8 @@ class EpisodeLog {
 
 struct EpisodeOptions {
   NetworkParameters network;
-  double world_time = 0.0;  ///< initial time of scripted motions [s]
+  std::vector<ServoParameters> servos = {};  ///< of each arm; empty: all are perfect
+  double world_time = 0.0;                   ///< initial time of scripted motions [s]
   std::uint64_t seed = 1;
   int threads = 1;                  ///< share the arms of a period, if these are many; does not change the outcome
   ComputingTimes* times = nullptr;  ///< times are added here; null: not measured

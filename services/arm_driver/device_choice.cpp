@@ -10,6 +10,7 @@
 #include "planner/model/outside_joints.hpp"
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_plugin.hpp"
+#include "services/arm_driver/devices/simulated/options.hpp"
 #include "services/config/text.hpp"
 
 namespace hecaton::services {
@@ -198,6 +199,15 @@ std::vector<std::string> device_steps(const config::CellFile& file, std::span<co
     }
   }
   return steps;
+}
+
+std::vector<planner::ServoParameters> simulated_servos(const config::CellFile& file) {
+  std::vector<planner::ServoParameters> servos(file.devices.size());
+  for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
+    if (file.devices[arm].type != "simulated" || file.devices[arm].values.contains(kPlugin)) continue;
+    servos[arm] = device::read_simulated_options(setup_of(file, arm, {})).servo;
+  }
+  return servos;
 }
 
 std::vector<device::SignalKind> signal_kinds(const config::CellFile& file, int arm,

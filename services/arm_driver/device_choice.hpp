@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/simulation/servo.hpp"
 #include "services/arm_driver/devices/arm_device.hpp"
 #include "services/config/cell_file.hpp"
 
@@ -29,6 +30,10 @@ void require_known_devices(const config::CellFile& file,
 /// What a person does after `hecaton up` until all arms follow, a command of a shell or a comment each.
 [[nodiscard]] std::vector<std::string> device_steps(const config::CellFile& file,
                                                     std::span<const device::DeviceType> types = device::device_types());
+
+/// How each arm follows set-points in a simulation of the cell: as its device of type `simulated` says; perfectly when
+/// it has another one. Throws as make_device().
+[[nodiscard]] std::vector<planner::ServoParameters> simulated_servos(const config::CellFile& file);
 
 /// The kinds of the arm's signals, in their order. Throws ConfigError for a port that the device does not have.
 [[nodiscard]] std::vector<device::SignalKind> signal_kinds(

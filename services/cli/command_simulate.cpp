@@ -1,5 +1,6 @@
 /// hecaton simulate: many tasks of a cell in virtual time, without network.
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -10,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "planner/simulation/batch.hpp"
+#include "services/arm_driver/device_choice.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/episode_recorder.hpp"
 #include "services/cli/plots.hpp"
@@ -26,14 +28,28 @@
 namespace hecaton::services::cli {
 namespace {
 
+constexpr std::string_view kPerfect = "perfect";
+
 struct Options {
   std::string cell;
   std::string report;
   std::string plot;    ///< folder; empty: no plots
   std::string record;  ///< file; empty: no record
+  std::string servo;   ///< preset of all arms; empty: as the cell file says
   CellChanges changes;
   planner::BatchOptions batch;
 };
+
+/// Of each arm. Empty: all are perfect.
+std::vector<planner::ServoParameters> servos_of(const config::CellFile& file, const std::string& preset) {
+  std::vector<planner::ServoParameters> servos = simulated_servos(file);
+  for (const planner::ServoPreset& known : planner::servo_presets()) {
+    if (known.name == preset) servos.assign(servos.size(), known.servo);
+  }
+  if (preset == kPerfect) servos.assign(servos.size(), {});
+  const bool perfect = std::all_of(servos.begin(), servos.end(), [](const auto& servo) { return servo.perfect(); });
+  return perfect ? std::vector<planner::ServoParameters>() : servos;
+}
 
 using Findings = std::vector<config::Finding>;
 
@@ -125,6 +141,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   const planner::NetworkParameters& network = options.batch.network;
   report.extra["network"] = {
       {"age_s", network.age}, {"jitter_s", network.jitter}, {"loss", network.loss}, {"burst", network.burst}};
+  report.extra["servo"] = options.servo.empty() ? "as configured" : options.servo;
   report.extra["ticks"] = batch.ticks;
   report.extra["relaxed_ticks"] = batch.relaxed_ticks;
   report.extra["subspaces_drawn"] = batch.subspaces_drawn;
@@ -168,6 +185,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   warn_of_stale_states(cell, options.batch.network, findings);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchOptions batch_options = options.batch;
+  batch_options.servos = servos_of(file, options.servo);
   std::optional<EpisodePlotter> plotter;
   std::optional<EpisodeRecorder> recorder;
   if (!options.plot.empty()) plotter.emplace(options.plot, cell);
@@ -247,6 +265,11 @@ void add_simulate(CLI::App& app, Session& session) {
   add_number(
       *command, "--burst", [&batch](double burst) { batch.network.burst = burst; },
       "mean number of states lost in a row (losses are independent)", kBurst);
+  std::vector<std::string> servos{std::string(kPerfect)};
+  for (const planner::ServoPreset& preset : planner::servo_presets()) servos.emplace_back(preset.name);
+  add_choice(*command, "--servo", options->servo, std::move(servos),
+             "how all arms follow their set-points: as the controllers of this kind (of the cell file: "
+             "device.servo)");
   constexpr config::Bounds kSpeed{0.0, 100.0, "rad/s", true};
   add_number(
       *command, "--speed", [options](double speed) { options->changes.speed = speed; },

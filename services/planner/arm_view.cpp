@@ -34,6 +34,7 @@ ArmView::ArmView(const planner::Cell& cell, int self)
       state_age_limit_(cell.arms[self].parameters.state_age_limit),
       received_(cell.arms.size()),
       observations_(cell.arms.size()),
+      planned_at_(cell.arms.size()),
       coordination_(cell.arms.size()),
       goals_(cell.arms.size()) {
   for (const planner::PlannedArm& planned : cell.arms) {
@@ -250,8 +251,12 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.qd = received_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
     seen.known = true;
-    seen.plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
     seen.foreign = received_[i]->mode == msg::ArmMode::ARM_OBSERVED;
+    const bool plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
+    if (plans) planned_at_[i] = now;
+    // An arm that lags still moves as it was planned, and begins its stop that much later.
+    const std::chrono::duration<double> lag(received_[i]->tracking_delay);
+    seen.plans = plans || (!seen.foreign && planned_at_[i] && now - *planned_at_[i] < lag);
   }
   return observations_;
 }

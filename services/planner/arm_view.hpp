@@ -117,8 +117,9 @@ class ArmView {
   std::vector<std::vector<planner::MotionRange>> ranges_;  ///< of the joints outside the chain, by arm
   std::vector<std::optional<ReceivedState>> received_;
   std::vector<planner::ArmObservation> observations_;
-  std::vector<std::vector<Coordination>> coordination_;  ///< by arm; the planner of the last message is last
-  std::vector<std::string> goals_;                       ///< identifier of each arm's goal; empty: none
+  std::vector<std::optional<Clock::time_point>> planned_at_;  ///< when each arm was last known to plan
+  std::vector<std::vector<Coordination>> coordination_;       ///< by arm; the planner of the last message is last
+  std::vector<std::string> goals_;                            ///< identifier of each arm's goal; empty: none
 };
 
 }  // namespace hecaton::services

@@ -244,7 +244,8 @@ std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDet
     if (loss == DriverLoss::kNone || !last) continue;
     if (last->value.mode() == msg::ArmMode::ARM_OBSERVED) continue;  // others may move it on
     const double braking_delay =
-        loss == DriverLoss::kEnded ? braking_delay_of_dead(file) : braking_delay_of_cut_off(file);
+        (loss == DriverLoss::kEnded ? braking_delay_of_dead(file) : braking_delay_of_cut_off(file)) +
+        last->value.tracking_delay();
     if (last->age(now) < braking_delay + planner::longest_stop_time(planned.arm.limits)) continue;
     msg::LostArm& arm = lost.emplace_back();
     arm.arm(planned.arm.name);

@@ -45,7 +45,8 @@ TEST(LatencyCompensationProperty, LeastDistanceIsALowerBoundForAnyMotionWithinLi
       speed = std::min(faster, slope * (distance - security));
       distance -= (own_speed + speed) * dt;
     }
-    const double least = least_distance({expected, age, own_speed, other_speed, acceleration}, security, slope);
+    const double least =
+        least_distance({expected, age, own_speed, own_speed, other_speed, acceleration}, security, slope);
     ASSERT_LE(least, expected);
     ASSERT_GE(distance, least - 2e-4) << "trial " << trial;
     smallest_slack = std::min(smallest_slack, distance - least);
@@ -58,13 +59,22 @@ struct Limits {
   double acceleration;  ///< [m/s²]
 };
 
+struct DuelOptions {
+  bool ages_known = true;   ///< the controllers know how old states are
+  bool orders = false;      ///< the speed override of each arm changes all the time
+  bool lags = false;        ///< both arms are behind their set-points, each as its own servo
+  bool delay_known = true;  ///< the controllers know by how much
+  bool aside = false;       ///< the balls are not on one line: they pass each other
+  double oldest = 0.1;      ///< mean age of states, at most [s]
+  std::uint64_t seed = 5;
+};
+
 /// Balls on a line under their real controllers, with delayed and lost states of each other. They get new goals all the
 /// time, most of them beyond the other ball.
 class Duel {
  public:
-  /// `orders`: the speed override of each arm changes all the time.
-  Duel(Limits limits, const NetworkParameters& network, bool ages_known, std::uint64_t seed, bool orders)
-      : random_(seed), ages_known_(ages_known), changes_orders_(orders) {
+  Duel(Limits limits, const NetworkParameters& network, const DuelOptions& options, std::uint64_t seed)
+      : random_(seed), options_(options) {
     for (const char* name : {"a", "b"}) {
       Arm arm = test::planar_point(name, kRadius);
       arm.limits.velocity.setConstant(limits.speed);
@@ -77,7 +87,9 @@ class Duel {
     parameters.state_age_limit = 1.0;
     for (int i = 0; i < 2; ++i) {
       controllers_.emplace_back(CellGeometry(arms_, i), parameters, kPeriod, random_.next());
-      drives_.emplace_back(arms_[i].limits, joints({i == 0 ? -0.6 : 0.6, 0.0}), 0.05);
+      if (options.lags) servos_[i] = random_servo();
+      const double aside = options.aside ? random_.uniform(0.001, 0.1) : 0.0;
+      drives_.emplace_back(arms_[i].limits, joints({i == 0 ? -0.6 : 0.6, aside}), 0.05, servos_[i], random_.next());
       channels_.emplace_back(network, random_.next());
     }
   }
@@ -87,26 +99,60 @@ class Duel {
     double smallest = 10.0;
     for (double now = 0.0; now < seconds; now += kPeriod) {
       for (int i = 0; i < 2; ++i) {
-        channels_[i].send(now, {drives_[1 - i].q(), drives_[1 - i].qd(), 0.0, true, true});
+        const JointState& measured = drives_[1 - i].measured();
+        channels_[i].send(now, {measured.q, measured.qd, 0.0, true, true});
         channels_[i].receive(now);
         if (random_.uniform() < 0.02) set_goal(i);
-        if (changes_orders_ && random_.uniform() < 0.03) order_speed(i);
+        if (options_.orders && random_.uniform() < 0.03) order_speed(i);
       }
       for (int i = 0; i < 2; ++i) {
         std::array<ArmObservation, 2> seen;
         seen[1 - i] = channels_[i].newest();
-        if (channels_[i].known() && ages_known_) seen[1 - i].age = channels_[i].age(now);
+        if (channels_[i].known() && options_.ages_known) seen[1 - i].age = channels_[i].age(now);
         seen[1 - i].speed = orders_[1 - i];
-        const TickResult result = controllers_[i].step(MeasuredState{drives_[i].q(), drives_[i].qd()}, seen, {}, false);
+        const TickResult result = step(i, seen);
         drives_[i].command(result.q, result.qd, kPeriod);
       }
-      for (ArmModel& drive : drives_) drive.step(kPeriod);
-      smallest = std::min(smallest, (drives_[0].q() - drives_[1].q()).norm() - 2.0 * kRadius);
+      ++number_;
+      for (int k = 0; k < kDriveSteps; ++k) {
+        for (ArmModel& drive : drives_) drive.step(kPeriod / kDriveSteps);
+        smallest = std::min(smallest, (drives_[0].q() - drives_[1].q()).norm() - 2.0 * kRadius);
+      }
     }
     return smallest;
   }
 
  private:
+  static constexpr int kDriveSteps = 5;
+
+  /// One of a maker, or any.
+  ServoParameters random_servo() {
+    const std::vector<ServoPreset>& presets = servo_presets();
+    const auto one = static_cast<std::size_t>(random_.uniform(0.0, 2.0 * static_cast<double>(presets.size())));
+    if (one < presets.size()) return presets[one].servo;
+    const double dead_time = random_.uniform(0.0, 0.15);
+    return {.dead_time = dead_time, .jitter = 0.02 * dead_time, .lag = random_.uniform(0.01, 0.03), .noise = 1e-5};
+  }
+
+  /// Without the delay: what measured positions say once they are corrected by it, and no more.
+  TickResult step(int i, std::span<const ArmObservation> seen) {
+    const JointState& measured = drives_[i].measured();
+    if (!options_.lags || !options_.delay_known) {
+      const bool first = number_ == 0 || !options_.lags;
+      return controllers_[i].step(first ? MeasuredState{measured.q, measured.qd} : controllers_[i].setpoint(), seen, {},
+                                  false);
+    }
+    OwnArmFeedback feedback;
+    feedback.state = {measured.q, measured.qd};
+    feedback.follows = true;
+    feedback.setpoint = number_;
+    feedback.setpoint_age = kPeriod;
+    feedback.tracking_delay = servos_[i].delay();
+    TickResult result = controllers_[i].step(feedback, seen, {}, false);
+    controllers_[i].sent(number_ + 1);
+    return result;
+  }
+
   void set_goal(int i) {
     const JointVector beyond = drives_[1 - i].q() + 0.5 * (drives_[1 - i].q() - drives_[i].q());
     const JointVector away = joints({random_.uniform(0.0, i == 0 ? -1.0 : 1.0), 0.0});
@@ -119,8 +165,9 @@ class Duel {
   }
 
   Random random_;
-  bool ages_known_;
-  bool changes_orders_;
+  DuelOptions options_;
+  std::array<ServoParameters, 2> servos_{};
+  std::uint64_t number_ = 0;  ///< of the last set-points
   std::array<double, 2> orders_{1.0, 1.0};
   std::vector<Arm> arms_;
   std::vector<ArmController> controllers_;
@@ -128,15 +175,17 @@ class Duel {
   std::vector<StateChannel<ArmObservation>> channels_;  ///< [receiver]
 };
 
-double smallest_of_duels(bool ages_known, bool orders = false) {
-  Random random(5);
+double smallest_of_duels(const DuelOptions& options) {
+  Random random(options.seed);
   double smallest = 10.0;
+  const bool slower = options.lags || options.aside;
   for (int trial = 0; trial < 150; ++trial) {
-    const double speed = random.uniform(0.3, 3.0);
-    const double age = random.uniform(0.0, 0.1);
-    const Limits limits{speed, speed / random.uniform(0.05, 0.3)};
+    const double speed = random.uniform(0.3, slower ? 1.5 : 3.0);
+    const double age = random.uniform(0.0, options.oldest);
+    // Beyond some acceleration the lag is no mere delay any more, and the planner loses track.
+    const Limits limits{speed, speed / random.uniform(slower ? 0.15 : 0.05, 0.3)};
     const NetworkParameters network{.age = age, .jitter = random.uniform(0.0, age), .loss = 0.2, .burst = 2.0};
-    smallest = std::min(smallest, Duel(limits, network, ages_known, random.next(), orders).run(6.0));
+    smallest = std::min(smallest, Duel(limits, network, options, random.next()).run(6.0));
   }
   return smallest;
 }
@@ -301,11 +350,11 @@ TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConst
 }
 
 TEST(LatencyCompensationProperty, TwoArmsThatApproachEachOtherNeverTouch) {
-  EXPECT_GT(smallest_of_duels(true), 0.02);  // dₛ is 0.03
+  EXPECT_GT(smallest_of_duels({}), 0.02);  // dₛ is 0.03
 }
 
 TEST(LatencyCompensationProperty, TwoArmsNeverTouchWhileTheirSpeedOverridesChange) {
-  EXPECT_GT(smallest_of_duels(true, true), 0.02);  // dₛ is 0.03
+  EXPECT_GT(smallest_of_duels({.orders = true}), 0.02);  // dₛ is 0.03
 }
 
 /// A ball under its real controller, and one that a person moves with a share of its limits. The person moves it
@@ -408,7 +457,20 @@ TEST(LatencyCompensationProperty, MarginsHoldForEverySpeedOverrideButNotForTrust
 }
 
 TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenAgesAreIgnored) {
-  EXPECT_LT(smallest_of_duels(false), 0.02);
+  EXPECT_LT(smallest_of_duels({.ages_known = false, .oldest = 0.2}), 0.02);
+}
+
+TEST(LatencyCompensationProperty, TwoArmsThatLagBehindTheirSetPointsNeverTouch) {
+  EXPECT_GT(smallest_of_duels({.lags = true}), 0.02);  // dₛ is 0.03
+}
+
+TEST(LatencyCompensationProperty, TwoArmsThatPassEachOtherNeverTouch) {
+  EXPECT_GT(smallest_of_duels({.aside = true, .oldest = 0.2}), 0.02);
+  EXPECT_GT(smallest_of_duels({.lags = true, .aside = true}), 0.02);
+}
+
+TEST(LatencyCompensationProperty, TwoArmsComeTooNearWhenTheirLagIsIgnored) {
+  EXPECT_LT(smallest_of_duels({.lags = true, .delay_known = false}), 0.02);
 }
 
 }  // namespace

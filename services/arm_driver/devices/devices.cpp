@@ -2,6 +2,7 @@
 #include "services/arm_driver/devices/arm_device.hpp"
 #include "services/arm_driver/devices/program/program_arm.hpp"
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+#include "services/arm_driver/devices/simulated/options.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
 #include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
 
@@ -9,7 +10,16 @@ namespace hecaton::device {
 
 const std::vector<DeviceType>& device_types() {
   static const std::vector<DeviceType> types = {
-      {"simulated", {}, make_simulated_arm, nullptr, nullptr, {}, nullptr, simulated_signal, kSimulatedPorts, true},
+      {"simulated",
+       kSimulatedKeys,
+       make_simulated_arm,
+       nullptr,
+       nullptr,
+       {},
+       nullptr,
+       simulated_signal,
+       kSimulatedPorts,
+       true},
       {"universal_robots",
        kUniversalRobotsKeys,
        make_universal_robots_arm,

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 
 #include "planner/simulation/arm_model.hpp"
+#include "services/arm_driver/devices/simulated/options.hpp"
 #include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::device {
@@ -30,22 +32,43 @@ constexpr std::array<std::pair<std::string_view, SignalKind>, 4> kPorts{{
     {"analog_output", SignalKind::kAnalogOutput},
 }};
 
+/// Outputs with which a person causes what happens to real arms.
+constexpr std::string_view kProtectiveStop = "protective_stop";
+constexpr std::string_view kEmergencyStop = "emergency_stop";
+constexpr std::string_view kConnectionLost = "connection_lost";
+constexpr std::string_view kSpeedScaling = "speed_scaling";
+constexpr std::array<std::string_view, 3> kEvents{kProtectiveStop, kEmergencyStop, kConnectionLost};
+
 class SimulatedArm final : public ArmDevice {
  public:
   explicit SimulatedArm(const DeviceSetup& setup)
-      : period_(setup.period),
+      : options_(read_simulated_options(setup)),
+        arm_(setup.arm),
+        period_(setup.period),
         checkpoint_(setup.checkpoint, static_cast<std::uint64_t>(setup.start.size()), "the simulated arm's position"),
         tool_checkpoint_(setup.checkpoint.empty() ? setup.checkpoint : setup.checkpoint + ".tool", setup.outside.size(),
                          "the simulated arm's tool"),
         joints_(setup.limits, start_of(setup)),
+        ports_(setup.signals),
         outside_count_(setup.outside.size()),
         outside_speed_(setup.outside_speed) {
     std::copy(setup.outside.begin(), setup.outside.end(), tool_.outside.begin());
+    for (std::size_t i = 0; i < ports_.size(); ++i) {
+      if (ports_[i] == kSpeedScaling) tool_.signals[i] = 1.0;
+    }
     if (const auto kept = tool_checkpoint_.recall()) tool_ = *kept;
+    protective_ = event(kProtectiveStop);
+    if (!options_.servo.perfect()) {
+      const auto seed = static_cast<std::uint64_t>(setup.index);
+      servo_.emplace(setup.limits, options_.servo, joints_.state().q, seed);
+    }
     target_.assign(tool_.outside.begin(), tool_.outside.begin() + static_cast<std::ptrdiff_t>(outside_count_));
   }
 
-  DeviceResult configure() override { return {}; }
+  DeviceResult configure() override {
+    if (event(kConnectionLost)) return DeviceFailure{lost_text()};
+    return {};
+  }
   DeviceResult activate() override { return {}; }
 
   DeviceState read(Clock::time_point now) override {
@@ -53,7 +76,12 @@ class SimulatedArm final : public ArmDevice {
     at_ = std::max(*at_, now - kLongestStall);
     while (*at_ < now) advance(std::min(now, *at_ + period_));
     store();
-    return {joints_.state(), {}, 1.0, DeviceMode::kReady, {}};
+    if (!event(kConnectionLost)) {
+      seen_ = measured();
+      seen_at_ = now;
+    }
+    const auto [mode, text] = condition();
+    return {seen_, now - seen_at_, scaling(), mode, text};
   }
 
   DeviceResult write(const JointState& set_point, std::chrono::nanoseconds valid_for) override {
@@ -63,12 +91,25 @@ class SimulatedArm final : public ArmDevice {
 
   void stop(std::string_view /*reason*/) override { set_point_.reset(); }
   void deactivate() override { set_point_.reset(); }
-  [[nodiscard]] bool continues_after_restart() const override { return true; }
+  [[nodiscard]] bool continues_after_restart() const override { return !protective_; }
+  [[nodiscard]] double tracking_delay() const override { return options_.servo.delay(); }
+
+  DeviceResult begin(DeviceOrder order) override {
+    if (order != DeviceOrder::kUnlock) return DeviceFailure{"a simulated arm is always on"};
+    set_protective(false);
+    ended_ = OrderEnd{};
+    return {};
+  }
+  std::optional<OrderEnd> order_end() override { return std::exchange(ended_, std::nullopt); }
 
   // A person plays the sensors of a simulated arm, therefore inputs can be set, too.
   [[nodiscard]] std::optional<double> signal(std::size_t index) const override { return tool_.signals[index]; }
   DeviceResult set_signal(std::size_t index, double value) override {
+    if (ports_[index] == kSpeedScaling && !(value >= 0.0 && value <= 1.0)) {
+      return DeviceFailure{"its speed_scaling must be 0 to 1"};
+    }
     tool_.signals[index] = value;
+    if (ports_[index] == kProtectiveStop) protective_ = value != 0.0;
     tool_checkpoint_.remember(tool_);
     return {};
   }
@@ -94,21 +135,65 @@ class SimulatedArm final : public ArmDevice {
     return q.allFinite() ? q : setup.start;
   }
 
+  /// A person has switched this event on.
+  [[nodiscard]] bool event(std::string_view port) const {
+    for (std::size_t i = 0; i < ports_.size(); ++i) {
+      if (ports_[i] == port && tool_.signals[i] != 0.0) return true;
+    }
+    return false;
+  }
+  void set_protective(bool on) {
+    protective_ = on;
+    for (std::size_t i = 0; i < ports_.size(); ++i) {
+      if (ports_[i] == kProtectiveStop) tool_.signals[i] = on ? 1.0 : 0.0;
+    }
+    tool_checkpoint_.remember(tool_);
+  }
+  [[nodiscard]] double scaling() const {
+    for (std::size_t i = 0; i < ports_.size(); ++i) {
+      if (ports_[i] == kSpeedScaling) return tool_.signals[i];
+    }
+    return 1.0;
+  }
+  [[nodiscard]] static std::string lost_text() {
+    return "its connection is lost: set its signal connection_lost to 0, then resume the arm";
+  }
+  [[nodiscard]] std::pair<DeviceMode, std::string> condition() const {
+    if (event(kConnectionLost)) return {DeviceMode::kFailed, lost_text()};
+    if (event(kEmergencyStop)) {
+      return {DeviceMode::kEmergencyStop, "emergency stop: set its signal emergency_stop to 0, then resume the arm"};
+    }
+    if (protective_) {
+      return {DeviceMode::kProtectiveStop,
+              "protective stop: call 'hecaton device " + arm_ + " unlock', then resume the arm"};
+    }
+    return {DeviceMode::kReady, {}};
+  }
+
+  [[nodiscard]] const JointState& measured() const { return servo_ ? servo_->measured() : joints_.state(); }
+  void follow(const JointState& set_point, double dt) {
+    servo_ ? servo_->follow(set_point, dt) : joints_.follow(set_point, dt);
+  }
+  void brake(double dt) { servo_ ? servo_->brake(dt) : joints_.brake(dt); }
+
   // Between set-points the arm moves on with the velocity of the last one as long as that is valid.
   void advance(Clock::time_point to) {
     const double dt = std::chrono::duration<double>(to - *at_).count();
     move_fingers(dt);
-    const auto before = joints_;
-    if (set_point_ && to <= set_point_->valid_until) {
+    const auto before = std::pair(joints_, servo_);
+    const bool stopped = protective_ || event(kEmergencyStop);
+    if (!stopped && set_point_ && to <= set_point_->valid_until) {
       const double beyond = std::chrono::duration<double>(to - set_point_->due).count();
-      joints_.follow({set_point_->target.q + set_point_->target.qd * beyond, set_point_->target.qd}, dt);
+      follow({set_point_->target.q + set_point_->target.qd * beyond, set_point_->target.qd}, dt);
     } else {
-      joints_.brake(dt);
+      brake(dt);
     }
-    if (!joints_.state().q.allFinite() || !joints_.state().qd.allFinite()) {
-      joints_ = before;
+    if (!measured().q.allFinite() || !measured().qd.allFinite()) {
+      std::tie(joints_, servo_) = before;
       set_point_.reset();
     }
+    const double fastest = (servo_ ? servo_->state() : joints_.state()).qd.cwiseAbs().maxCoeff();
+    if (options_.protective_speed > 0.0 && fastest > options_.protective_speed) set_protective(true);
     at_ = to;
   }
 
@@ -123,14 +208,23 @@ class SimulatedArm final : public ArmDevice {
 
   void store() {
     Positions q{};
-    std::copy(joints_.state().q.begin(), joints_.state().q.end(), q.begin());
+    const JointVector& at = servo_ ? servo_->state().q : joints_.state().q;
+    std::copy(at.begin(), at.end(), q.begin());
     checkpoint_.remember(q);
   }
 
+  SimulatedOptions options_;
+  std::string arm_;  ///< its name
   std::chrono::nanoseconds period_;
   services::MappedRecord<Positions> checkpoint_;
   services::MappedRecord<Tool> tool_checkpoint_;
   planner::ServoedJoints joints_;
+  std::optional<planner::Servo> servo_;  ///< nothing: a perfect controller, and `joints_` are the arm
+  std::vector<std::string> ports_;       ///< of the signals
+  bool protective_ = false;              ///< a protective stop lasts until it is unlocked
+  JointState seen_;                      ///< the last state before the connection was lost
+  Clock::time_point seen_at_;
+  std::optional<OrderEnd> ended_;
   std::size_t outside_count_;
   double outside_speed_;  ///< [rad/s | m/s]
   Tool tool_;
@@ -142,6 +236,8 @@ class SimulatedArm final : public ArmDevice {
 }  // namespace
 
 std::optional<SignalKind> simulated_signal(std::string_view port) {
+  if (std::find(kEvents.begin(), kEvents.end(), port) != kEvents.end()) return SignalKind::kDigitalOutput;
+  if (port == kSpeedScaling) return SignalKind::kAnalogOutput;
   for (const auto& [name, kind] : kPorts) {
     const std::string_view rest = port.starts_with(name) ? port.substr(name.size()) : "-";
     const bool numbered = rest.size() > 1 && rest.size() <= 3 && rest.front() == ' ' &&

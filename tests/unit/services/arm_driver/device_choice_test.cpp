@@ -54,7 +54,8 @@ TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
             "arms[0].device.type = telepathic must be simulated, universal_robots, abb_egm, ros2_control, program or "
             "observed");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
-            "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type");
+            "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type, "
+            "servo, servo_period, dead_time, jitter, lag, damping, noise, resolution, protective_speed");
   EXPECT_EQ(refusal("    device: simulated\n"),
             "arms[0].device = simulated must be a map with the key type, such as {type: simulated}");
   EXPECT_EQ(refusal("    device: {port: /dev/ttyS0}\n"),

@@ -149,6 +149,19 @@ TEST_F(ArmViewTest, CountsOnlyRunningArmsAsAvoiding) {
   }
 }
 
+TEST_F(ArmViewTest, CountsAnArmThatLagsAsAvoidingUntilItsStopBegins) {
+  msg::ArmState message = state("arm2", 1);
+  message.tracking_delay(0.15);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
+  message.sequence_number(2);
+  message.mode(msg::ArmMode::ARM_BRAKING);
+  EXPECT_EQ(view_.apply(message, {}, now_ + 10ms), std::nullopt);
+  EXPECT_TRUE(view_.observe(now_ + 140ms, mode())[1].plans);
+  EXPECT_FALSE(view_.observe(now_ + 160ms, mode())[1].plans);
+  EXPECT_FALSE(view_.observe(now_ + 170ms, mode())[1].plans);
+}
+
 TEST_F(ArmViewTest, KnowsAnArmThatOthersMove) {
   msg::ArmState message = state("arm2", 1);
   message.mode(msg::ArmMode::ARM_OBSERVED);

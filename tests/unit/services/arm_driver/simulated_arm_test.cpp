@@ -1,0 +1,119 @@
+// The simulated arm as imperfect as real ones: its keys, its lag, and the events that a person causes.
+#include "services/arm_driver/devices/simulated/simulated_arm.hpp"
+
+#include <gtest/gtest.h>
+
+#include "services/arm_driver/devices/simulated/options.hpp"
+
+namespace hecaton::device {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kSimulatedPeriod = 2ms;
+
+class SimulatedArmTest : public testing::Test {
+ protected:
+  SimulatedArmTest() {
+    setup_.arm = "north";
+    setup_.where = "cell.yaml: arms[0].device";
+    setup_.limits.lower = JointVector::Constant(2, -3.0);
+    setup_.limits.upper = JointVector::Constant(2, 3.0);
+    setup_.limits.velocity = JointVector::Constant(2, 2.0);
+    setup_.limits.acceleration = JointVector::Constant(2, 20.0);
+    setup_.start = JointVector::Zero(2);
+    setup_.period = kSimulatedPeriod;
+    setup_.signals = {"protective_stop", "emergency_stop", "connection_lost", "speed_scaling"};
+  }
+  void make() { arm_ = make_simulated_arm(setup_); }
+  std::string refusal(const std::string& key, const std::string& value) {
+    setup_.values = {{key, value}};
+    try {
+      make();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "nothing";
+  }
+  /// Moves joint 1 at this speed for some periods.
+  DeviceState move(double speed, int periods) {
+    DeviceState state;
+    for (int i = 0; i < periods; ++i) {
+      state = arm_->read(now_ += kSimulatedPeriod);
+      target_ += speed * 0.002;
+      JointState set_point{JointVector::Zero(2), JointVector::Zero(2)};
+      set_point.q[0] = target_;
+      set_point.qd[0] = speed;
+      EXPECT_FALSE(arm_->write(set_point, 12ms));
+    }
+    return state;
+  }
+
+  DeviceSetup setup_;
+  std::unique_ptr<ArmDevice> arm_;
+  Clock::time_point now_{1h};
+  double target_ = 0.0;
+};
+
+TEST_F(SimulatedArmTest, LagsByWhatItReports) {
+  setup_.values = {{"servo", "ros2_control"}, {"noise", "0"}, {"resolution", "0"}, {"jitter", "0"}};
+  make();
+  EXPECT_DOUBLE_EQ(arm_->tracking_delay(), 0.15);
+  const DeviceState state = move(0.5, 500);
+  const double now = target_ - 0.5 * 0.002;  // what is due at the last read()
+  EXPECT_NEAR(now - state.measured.q[0], 0.5 * arm_->tracking_delay(), 1e-3);
+}
+
+TEST_F(SimulatedArmTest, RefusesWrongKeys) {
+  EXPECT_EQ(refusal("servo", "kuka"),
+            "cell.yaml: arms[0].device.servo = kuka must be one of ur_cb3, ur_e_series, abb_egm, ros2_control");
+  EXPECT_EQ(refusal("dead_time", "2s"), "cell.yaml: arms[0].device.dead_time = 2s must be 0s to 0.3s");
+  EXPECT_EQ(refusal("jitter", "5ms"), "cell.yaml: arms[0].device.jitter = 5ms must be 0s to 0s");
+  EXPECT_EQ(refusal("damping", "1"), "cell.yaml: arms[0].device.damping = 1 must be 0 to 0.99");
+}
+
+TEST_F(SimulatedArmTest, StopsProtectivelyAboveItsSpeedUntilAPersonUnlocksIt) {
+  setup_.values = {{"protective_speed", "1"}};
+  make();
+  EXPECT_EQ(move(0.5, 200).mode, DeviceMode::kReady);
+  const DeviceState stopped = move(1.8, 200);
+  EXPECT_EQ(stopped.mode, DeviceMode::kProtectiveStop);
+  EXPECT_EQ(stopped.text, "protective stop: call 'hecaton device north unlock', then resume the arm");
+  EXPECT_TRUE(stopped.measured.qd.isZero());
+  EXPECT_EQ(arm_->signal(0), 1.0);
+  EXPECT_FALSE(arm_->continues_after_restart());
+  EXPECT_FALSE(arm_->begin(DeviceOrder::kUnlock));
+  EXPECT_TRUE(arm_->order_end());
+  EXPECT_FALSE(arm_->order_end()) << "once";
+  EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).mode, DeviceMode::kReady);
+}
+
+TEST_F(SimulatedArmTest, StopsAndLosesItsConnectionWhenAPersonSaysSo) {
+  make();
+  move(0.5, 100);
+  EXPECT_FALSE(arm_->set_signal(1, 1.0));
+  EXPECT_EQ(move(0.5, 100).mode, DeviceMode::kEmergencyStop);
+  EXPECT_TRUE(arm_->read(now_).measured.qd.isZero());
+  EXPECT_FALSE(arm_->set_signal(1, 0.0));
+  EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).mode, DeviceMode::kReady);
+
+  EXPECT_FALSE(arm_->set_signal(2, 1.0));
+  const DeviceState lost = arm_->read(now_ += 100ms);
+  EXPECT_EQ(lost.mode, DeviceMode::kFailed);
+  EXPECT_EQ(lost.age, 100ms);
+  ASSERT_TRUE(arm_->configure());
+  EXPECT_EQ(arm_->configure()->text, lost.text);
+  EXPECT_FALSE(arm_->set_signal(2, 0.0));
+  EXPECT_FALSE(arm_->configure());
+}
+
+TEST_F(SimulatedArmTest, ReportsTheSpeedScalingThatAPersonSets) {
+  make();
+  EXPECT_EQ(arm_->read(now_).speed_scaling, 1.0);
+  EXPECT_FALSE(arm_->set_signal(3, 0.4));
+  EXPECT_EQ(arm_->read(now_).speed_scaling, 0.4);
+  ASSERT_TRUE(arm_->set_signal(3, 40.0));
+}
+
+}  // namespace
+}  // namespace hecaton::device
