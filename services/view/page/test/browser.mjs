@@ -85,7 +85,11 @@ try {
   } while (String(await shown()) !== String(fresh.q));
   console.log("stop the driver");
   await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") < 0.4);
-  assert.equal(String(await shown()), String(fresh.q));
+  for (;;) {
+    const { arms, opacities } = await page.evaluate(shoot, ARMS);
+    assert.equal(String(arms.north.q), String(fresh.q));
+    if (opacities[0] < 0.4 && opacities[1] === 1 && opacities[2] === 1) break;
+  }
   const now = await chromas(fresh.all);
   ARMS.forEach((arm, index) => {
     const left = now[index] / fresh.chroma[index];
