@@ -6,7 +6,7 @@ import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
 import WebSocket from "ws";
 import { jointsOf, linkPoses, moved, poseOf, product } from "./kinematics.mjs";
-import { hues, isHue, LAUNCH, open, pixelsOf, shoot } from "./pixels.mjs";
+import { hues, isHue, LAUNCH, open, pixelsOf, shootFresh } from "./pixels.mjs";
 
 const [url, executablePath, picture, ...words] = process.argv.slice(2);
 const joints = new Map(words.map((word) => word.split("=")).map(([arm, urdf]) => [arm, jointsOf(urdf)]));
@@ -55,7 +55,7 @@ try {
     const before = shots[i - 1]?.arms ?? {};
     await page.waitForFunction((arms) => Object.entries(arms).every(([arm, { q }]) =>
       window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.05)), before); // each arm moves
-    shots.push({ ...await page.evaluate(shoot, names), hues: await page.evaluate(hues) });
+    shots.push({ ...await shootFresh(page, names), hues: await page.evaluate(hues) });
   }
   if (picture) await page.screenshot({ path: picture });
 

@@ -4,7 +4,7 @@
 // usage: node browser.mjs URL BROWSER [PICTURE.png]
 import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
-import { chroma, hues, LAUNCH, open, pixelsOf, shoot } from "./pixels.mjs";
+import { chroma, hues, LAUNCH, open, pixelsOf, shoot, shootFresh } from "./pixels.mjs";
 
 const [url, executablePath, picture] = process.argv.slice(2);
 const ARMS = ["north", "west", "east"];
@@ -46,7 +46,7 @@ try {
   // Bodies only, without the halos of above. A section across x takes all away at one end, and nothing at the other.
   for (const key of ["g", "b", "n", "w", "s", "p", "l", "t"]) await page.keyboard.press(key);
   const coloured = async () => {
-    await page.evaluate(shoot, ARMS);
+    await shootFresh(page, ARMS);
     const all = await page.evaluate(hues);
     return ARMS.reduce((sum, _, index) => sum + pixelsOf(all, index).length, 0);
   };
@@ -79,13 +79,17 @@ try {
   const shown = async () => (await page.evaluate(shoot, ARMS)).arms.north.q;
   const fresh = {};
   do {
-    fresh.q = await shown();
+    fresh.q = (await shootFresh(page, ARMS)).arms.north.q;
     fresh.all = await page.evaluate(hues);
     fresh.chroma = await chromas(fresh.all);
-  } while (await page.evaluate(() => window.hecaton.scene.opacityOf("north")) < 1 || String(await shown()) !== String(fresh.q));
+  } while (String(await shown()) !== String(fresh.q));
   console.log("stop the driver");
   await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") < 0.4);
-  assert.equal(String(await shown()), String(fresh.q));
+  for (;;) {
+    const { arms, opacities } = await page.evaluate(shoot, ARMS);
+    assert.equal(String(arms.north.q), String(fresh.q));
+    if (opacities[0] < 0.4 && opacities[1] === 1 && opacities[2] === 1) break;
+  }
   const now = await chromas(fresh.all);
   ARMS.forEach((arm, index) => {
     const left = now[index] / fresh.chroma[index];

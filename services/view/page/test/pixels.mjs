@@ -9,8 +9,17 @@ export const shoot = (names) => {
   copy.getContext("2d").drawImage(source, 0, 0);
   window.shot = copy.getContext("2d").getImageData(0, 0, copy.width, copy.height);
   return { width: copy.width, height: copy.height, ...scene.cameraMatrices,
+           opacities: names.map((name) => scene.opacityOf(name)),
            arms: Object.fromEntries(names.map((name) => [name, scene.drawn(name)])) };
 };
+
+/** A frame in which no arm fades: on a busy machine states come late. */
+export async function shootFresh(page, names) {
+  for (;;) {
+    const shot = await page.evaluate(shoot, names);
+    if (shot.opacities.every((opacity) => opacity === 1)) return shot;
+  }
+}
 
 /** In the page: the hue of each pixel in degrees; −1: grey. */
 export const hues = () => {
