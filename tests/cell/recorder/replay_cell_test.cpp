@@ -269,7 +269,7 @@ TEST_P(ManyArms, AreDrawnByShortScripts) {
   HECATON_NEED_FILES({page + "/node_modules/playwright-core", node, browser});
   constexpr std::array kRobots{"ur5e", "panda", "irb120", "iiwa7", "gp7"};
   constexpr int kColumns = 6;
-  std::string cell = "name: many\narms:\n";
+  std::string cell = "name: many\ntasks: {pose_sequence: [ready, home]}\narms:\n";
   for (int i = 0; i < GetParam(); ++i) {
     cell += "  - {name: arm" + std::to_string(i) + ", robot: " + kRobots[static_cast<std::size_t>(i) % kRobots.size()] +
             ", base: {xyz: [" + std::to_string(1.4 * (i % kColumns)) + ", " + std::to_string(1.4 * (i / kColumns)) +
