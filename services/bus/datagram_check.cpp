@@ -114,18 +114,27 @@ std::size_t DatagramCheck::Hash::operator()(const Guid& guid) const {
   return static_cast<std::size_t>((one * 0x9E3779B97F4A7C15U) ^ (other * 0xC2B2AE3D27D4EB4FU));
 }
 
+std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point now) {
+  using Seconds = std::chrono::duration<double>;
+  constexpr double kRarely = 5.0;  // [1/s]
+  if (now - writer.heard > kPause) return kLeapAfterPause;
+  const double known = Seconds(writer.heard - writer.since).count();
+  const double average = known > 1.0 ? static_cast<double>(writer.last - writer.first) / known : 0.0;
+  const double rate = average > kRarely ? std::min(average, kBurst) : kBurst;
+  return kLeap + static_cast<std::int64_t>(2.0 * rate * Seconds(now - writer.heard).count());
+}
+
 bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now) {
   const std::scoped_lock lock(mutex_);
   const auto known = writers_.find(writer);
   if (known == writers_.end()) {
     if (number > kFirst) return false;
-    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, now, now});
+    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, number, now, now});
     return true;
   }
   Writer& entry = known->second;
-  const std::int64_t leap = now - entry.heard > kPause ? kLeapAfterPause : kLeap;
   const bool settles = now - entry.since <= kSettling && number <= kFirst;
-  if (number > entry.last + leap && !settles) return false;
+  if (number > entry.last + longest_leap(entry, now) && !settles) return false;
   entry.last = std::max(entry.last, number);
   entry.heard = now;
   return true;

@@ -25,12 +25,14 @@ class DatagramCheck {
 
   /// Most samples that one GAP may skip beyond those that the writer has sent. Fast DDS takes 0.1 s for so many.
   static constexpr std::int64_t kMostSkipped = 1 << 17;
-  /// A sequence number may exceed the last one of its writer by this, as much as the fastest stream sends in kPause. An
-  /// intruder that forges such a number hides a stream of 100 Hz for 0.64 s.
+  /// A sequence number may exceed the last one of its writer by this, and by twice what the writer sends in the time
+  /// since. An intruder that forges such a number hides a stream of 100 Hz for 0.64 s.
   static constexpr std::int64_t kLeap = 1 << 6;
+  /// The average of a writer that sends rarely, or is new [1/s]: it may send many samples at once.
+  static constexpr double kBurst = 500.0;
   /// The same after a silence of the writer of kPause.
   static constexpr std::int64_t kLeapAfterPause = 1 << 20;
-  static constexpr std::chrono::milliseconds kPause{100};
+  static constexpr std::chrono::milliseconds kPause{1000};
   /// A late joiner receives old samples before the newest ones: within this time a new writer may leap up to kFirst.
   static constexpr std::chrono::seconds kSettling{2};
   /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.
@@ -63,12 +65,15 @@ class DatagramCheck {
     std::size_t operator()(const Guid& guid) const;
   };
   struct Writer {
+    std::int64_t first = 0;
     std::int64_t last = 0;
     Clock::time_point since;
     Clock::time_point heard;
   };
   /// The greatest number of this writer so far; 0: it is new.
   [[nodiscard]] std::int64_t last_of(const Guid& writer);
+  /// By how much the writer's next number may exceed its last one.
+  [[nodiscard]] static std::int64_t longest_leap(const Writer& writer, Clock::time_point now);
   /// False when `number` leaps.
   [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now);
 

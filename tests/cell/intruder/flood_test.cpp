@@ -175,12 +175,12 @@ class Flood : public LiveCell {
 
   /// After the last of the flood.
   void expect_unharmed(std::size_t sent) {
-    const auto last = bus::Clock::now();
+    const auto last = bus::Clock::now();  // or after an order to resume
     EXPECT_TRUE(await([&] {
       return mode_ == msg::Mode::MODE_RUN && std::all_of(arm_modes_.begin(), arm_modes_.end(), [](const auto& arm) {
                return arm.second == msg::ArmMode::ARM_RUNNING;
              });
-    })) << "the cell does not run";
+    })) << "the cell does not run: ";
     const auto again = bus::Clock::now() - last;
     EXPECT_LE(farthest_, kStill) << "an arm has moved that nobody had told to";
     at_rest_.clear();
@@ -198,9 +198,23 @@ class Flood : public LiveCell {
     for (const char* arm : {"north", "east", "west"}) reach(arm, "home");
   }
 
+  /// What the intruder's samples keep from answering at first is asked again.
+  void insist(const std::vector<std::string>& words, std::string* out = nullptr) const {
+    Ran ran;
+    const auto until = bus::Clock::now() + kPatience;
+    do {
+      ran = run(words);
+    } while (ran.code != 0 && bus::Clock::now() < until);
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    if (out != nullptr) *out = ran.out;
+  }
+
   [[nodiscard]] std::set<std::string> open_faults() const {
     std::set<std::string> kinds;
-    const Json status = json({"status"});
+    std::string out;
+    insist({"status", "-o", "json"}, &out);
+    const Json status = Json::parse(out, nullptr, false);
+    if (status.is_discarded()) return kinds;
     for (const Json& fault : status.at("faults")) kinds.insert(fault.at("kind").get<std::string>());
     return kinds;
   }
@@ -295,6 +309,8 @@ TEST_F(Flood, OfForgedSamplesMovesNoArm) {
   }
   watch();
   EXPECT_TRUE(open_faults().contains("input_refused"));
+  // An open cell believes a forged contact, as it does an order to hold. Both last until a person resumes.
+  insist({"resume"});
   expect_unharmed(wanted);
 }
 
