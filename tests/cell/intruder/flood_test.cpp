@@ -176,10 +176,12 @@ class Flood : public LiveCell {
   /// After the last of the flood.
   void expect_unharmed(std::size_t sent) {
     const auto last = bus::Clock::now();  // or after an order to resume
+    arm_modes_.clear();
+    mode_.reset();
     EXPECT_TRUE(await([&] {
-      return mode_ == msg::Mode::MODE_RUN && std::all_of(arm_modes_.begin(), arm_modes_.end(), [](const auto& arm) {
-               return arm.second == msg::ArmMode::ARM_RUNNING;
-             });
+      return mode_ == msg::Mode::MODE_RUN && arm_modes_.size() == 3 &&
+             std::all_of(arm_modes_.begin(), arm_modes_.end(),
+                         [](const auto& arm) { return arm.second == msg::ArmMode::ARM_RUNNING; });
     })) << "the cell does not run: ";
     const auto again = bus::Clock::now() - last;
     EXPECT_LE(farthest_, kStill) << "an arm has moved that nobody had told to";
@@ -228,7 +230,7 @@ class Flood : public LiveCell {
   std::map<std::string, std::vector<double>> at_rest_;
   std::map<std::string, msg::ArmMode> arm_modes_;
   std::map<std::string, Process> before_;
-  msg::Mode mode_ = msg::Mode::MODE_RUN;
+  std::optional<msg::Mode> mode_;
   double farthest_ = 0.0;  // of an arm, from where it rested [rad]
 };
 
