@@ -342,18 +342,17 @@ TEST_P(LiveArms, AreDrawnWhereTheyAreWhileTheyMove) {
   std::printf("%s", test.out().c_str());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Cells, LiveArms,
-    testing::Values(DrawnCell{"three_puma.yaml",
-                              {{"north", "cells/urdf/puma560.urdf"},
-                               {"west", "cells/urdf/puma560.urdf"},
-                               {"east", "cells/urdf/puma560.urdf"}}},
-                    DrawnCell{"named/two_scara.yaml",
-                              {{"left", "robots/irb910sc_055.urdf"}, {"right", "robots/irb910sc_055.urdf"}}},
-                    DrawnCell{
-                        "three_makers.yaml",
-                        {{"ur", "robots/ur5e.urdf"}, {"abb", "robots/irb120.urdf"}, {"panda", "robots/panda.urdf"}}}),
-    [](const auto& one) { return std::filesystem::path(one.param.file).stem().string(); });
+INSTANTIATE_TEST_SUITE_P(Cells, LiveArms,
+                         testing::Values(DrawnCell{"three_puma.yaml",
+                                                   {{"north", "cells/urdf/puma560.urdf"},
+                                                    {"west", "cells/urdf/puma560.urdf"},
+                                                    {"east", "cells/urdf/puma560.urdf"}}},
+                                         DrawnCell{"named/two_scara.yaml",
+                                                   {{"left", "robots/irb910sc_055.urdf"},
+                                                    {"right", "robots/irb910sc_055.urdf"}}},
+                                         DrawnCell{"named/kr6_irb120.yaml",
+                                                   {{"kuka", "robots/kr6_r900.urdf"}, {"abb", "robots/irb120.urdf"}}}),
+                         [](const auto& one) { return std::filesystem::path(one.param.file).stem().string(); });
 
 /// What the client of npm reads, with one of the sub-protocols.
 class LiveFoxglove : public LivePage, public testing::WithParamInterface<const char*> {
