@@ -73,7 +73,7 @@ TEST_F(UniversalRobotsCell, ReachesGoalsAndStopsUntilAPersonResumes) {
 
   const Ran refused = run({"device", "west", "on"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_NE(refused.err.find("arm west: its device takes no orders"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("arm west: a simulated arm is always on"), std::string::npos) << refused.err;
 }
 
 TEST_F(UniversalRobotsCell, LeavesAnArmToAPersonAndTakesItBack) {

@@ -341,7 +341,9 @@ bool could_be_an_old_stream(const Bytes& datagram) {
   return false;
 }
 
-TEST_F(Flood, OfMalformedDatagramsStopsNoProcess) {
+class DatagramFlood : public Flood {};
+
+TEST_F(DatagramFlood, StopsNoProcess) {
   const int first_port = 7400 + 250 * domain_.number();
   std::vector<Bytes> recorded;
   const Wiretap wiretap;
