@@ -80,10 +80,9 @@ void add_view(CLI::App& app, Session& session) {
   command->footer(
       "The address of the page is the first line of the output. Every page can stop the cell (Esc); this is no safety "
       "function. Without --control a page gives no other order. With --listen ADDRESS other machines can open the "
-      "printed address: the connection is encrypted, and only who has its token sees the cell and can stop it. "
-      "Foxglove "
-      "and Lichtblick open the same address with ws:// in place of http:// (wss:// of https://); with /?token=TOKEN "
-      "behind it they hold, resume and stop.");
+      "printed address. The connection is encrypted; the token in the address is the right to see and to stop the "
+      "cell. Foxglove and Lichtblick open the same address with ws:// in place of http:// (wss:// of https://); with "
+      "/?token=TOKEN behind it they hold, resume and stop.");
   command->callback([&session, options] {
     session.action = [&session, options] { return become_view(session.settings, *options); };
   });

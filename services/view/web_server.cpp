@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -19,6 +18,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include "services/view/web_request.hpp"
 #include "services/view/web_stream.hpp"
 
 namespace hecaton::services {
@@ -29,17 +29,11 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using Error = beast::error_code;
-using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 using Message = std::shared_ptr<const std::string>;
 using Messages = std::array<Message, kChannels>;
 
 constexpr const char* kLivePath = "/live";
-/// Of the sub-protocol; a token may follow the second one.
-constexpr std::string_view kProtocolTarget = "/";
-constexpr std::string_view kTokenTarget = "/?token=";
-/// Of the page, with the token that admits to it.
-constexpr std::string_view kWatchTarget = "/?watch=";
 constexpr std::size_t kLongestRequest = 16 * 1024;  // [byte]
 constexpr std::size_t kLongestMessage = 4096;       // from a client [byte]
 constexpr std::size_t kMostUnread = 64;             // messages to one client
@@ -48,65 +42,6 @@ constexpr std::chrono::seconds kRequestTimeout{30};
 constexpr std::chrono::seconds kSilenceTimeout{120};
 /// What the kernel holds for a slow client is old when it arrives [byte].
 constexpr int kSendBuffer = 64 * 1024;
-
-std::string_view view_of(beast::string_view text) {
-  return {text.data(), text.size()};
-}
-
-/// The Host header without its port.
-std::string_view name_in(std::string_view host) {
-  return host.substr(0, host.rfind(':'));
-}
-
-bool is_own_host(std::string_view host) {
-  const std::string_view name = name_in(host);
-  if (name == "localhost") return true;
-  Error not_an_address;
-  static_cast<void>(asio::ip::make_address_v4(std::string(name), not_an_address));
-  if (!not_an_address) return true;
-  Error unknown;
-  return name == asio::ip::host_name(unknown) && !unknown;
-}
-
-/// A browser sends the Origin of the page that opens a WebSocket; other programs send none.
-bool is_same_origin(const Request& request, std::string_view scheme) {
-  const auto origin = request.find(http::field::origin);
-  if (origin == request.end()) return true;
-  const std::string_view text = view_of(origin->value());
-  return text.starts_with(scheme) && text.substr(scheme.size()) == view_of(request[http::field::host]);
-}
-
-bool is_protocol_target(std::string_view target) {
-  return target == kProtocolTarget || target.starts_with(kTokenTarget);
-}
-
-std::string token_in(std::string_view target) {
-  return std::string(target.starts_with(kTokenTarget) ? target.substr(kTokenTarget.size()) : std::string_view());
-}
-
-/// The value of this cookie; empty: the browser sends none.
-std::string_view cookie_in(const Request& request, std::string_view name) {
-  std::string_view cookies = view_of(request[http::field::cookie]);
-  while (!cookies.empty()) {
-    const std::string_view cookie = cookies.substr(0, cookies.find(';'));
-    cookies.remove_prefix(std::min(cookies.size(), cookie.size() + 1));
-    const std::string_view pair = cookie.substr(std::min(cookie.size(), cookie.find_first_not_of(' ')));
-    const std::size_t equals = pair.find('=');
-    if (equals != std::string_view::npos && pair.substr(0, equals) == name) return pair.substr(equals + 1);
-  }
-  return {};
-}
-
-/// The first of `names` that the client offers; empty: none.
-std::string offered(const Request& request, const std::vector<std::string>& names) {
-  const beast::string_view field = request[http::field::sec_websocket_protocol];
-  const http::token_list tokens{field};
-  for (const std::string& name : names) {
-    if (std::any_of(tokens.begin(), tokens.end(), [&](const auto& token) { return view_of(token) == name; }))
-      return name;
-  }
-  return {};
-}
 
 Response answer(const Request& request, http::status status, std::string body) {
   Response response(status, request.version());
@@ -119,11 +54,6 @@ Response moved(const Request& request, http::status status, const std::string& a
   Response response = answer(request, status, "The page is at " + address + "\n");
   response.set(http::field::location, address);
   return response;
-}
-
-/// Browsers send cookies to all ports of a host.
-std::string cookie_name(std::uint16_t port) {
-  return "hecaton_" + std::to_string(port);
 }
 
 /// State that the thread of the server owns, unless a member says otherwise.
@@ -488,19 +418,18 @@ Response HttpConnection::response() const {
         "https://" + std::string(view_of(request_[http::field::host])) + std::string(view_of(request_.target())));
   }
   const std::string_view target = view_of(request_.target());
-  if (target.starts_with(kWatchTarget) && shared_.options.admits &&
-      shared_.options.admits(target.substr(kWatchTarget.size()))) {
+  const std::string_view shown = watch_token_in(target);
+  if (!shown.empty() && shared_.options.admits && shared_.options.admits(shown)) {
     Response response = moved(request_, http::status::see_other, "/");
-    response.set(http::field::set_cookie, cookie_name(shared_.port) + "=" +
-                                              std::string(target.substr(kWatchTarget.size())) +
-                                              "; Path=/; HttpOnly; Secure; SameSite=Lax");
+    response.set(http::field::set_cookie,
+                 cookie_name(shared_.port) + "=" + std::string(shown) + "; Path=/; HttpOnly; Secure; SameSite=Lax");
     return response;
   }
   if (!is_admitted()) {
     return answer(
         request_, http::status::unauthorized,
-        "This page is shown to whoever has its address with the token. The program that serves it has printed "
-        "that address, or written it to the file view-token.\n");
+        "This page needs the token of its address. Its program has printed that address, or has written it to "
+        "the file view-token.\n");
   }
   if (request_.target() == kLivePath) {
     return websocket::is_upgrade(request_)

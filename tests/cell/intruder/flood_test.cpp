@@ -184,7 +184,7 @@ class Flood : public LiveCell {
                          [](const auto& arm) { return arm.second == msg::ArmMode::ARM_RUNNING; });
     })) << "the cell does not run: ";
     const auto again = bus::Clock::now() - last;
-    EXPECT_LE(farthest_, kStill) << "an arm has moved that nobody had told to";
+    EXPECT_LE(farthest_, kStill) << "an arm has moved without a command of its planner";
     at_rest_.clear();
     std::uint64_t growth = 0;
     for (const auto& [node, process] : before_) {

@@ -234,7 +234,7 @@ TEST_F(RecordedCell, HasTheTopicsOfRos2ForLibrariesOfOthers) {
         const std::string arm = names[at].substr(0, names[at].find('_'));
         const auto first = positions.begin() + static_cast<std::ptrdiff_t>(at);
         const std::vector<double> q(first, first + 6);
-        EXPECT_TRUE(measured.at(arm).contains(q)) << arm << ": no driver has measured what ROS 2 is told";
+        EXPECT_TRUE(measured.at(arm).contains(q)) << arm << ": its driver has not measured these positions";
         shown.insert(q);
       }
       ++messages;

@@ -67,13 +67,13 @@ TEST_F(Ros2Enclave, ServesOnlyNodesWithAnEnclave) {
   RosPeer open(ros_domain_.number(), 101);
   // Keys of another authority are none.
   Sros2Keystore foreign(folder_.path() / "foreign");
-  RosPeer stranger(ros_domain_.number(), 102, foreign.add("tool"));
+  RosPeer foreign_node(ros_domain_.number(), 102, foreign.add("tool"));
   JointStates seen(tool, "rt/joint_states");
   JointGoals goals(tool, "rt/north/goal_joints");
   JointStates stolen(open, "rt/joint_states");
   JointGoals forged(open, "rt/north/goal_joints");
-  JointStates strange(stranger, "rt/joint_states");
-  JointGoals strange_goals(stranger, "rt/north/goal_joints");
+  JointStates foreign_states(foreign_node, "rt/joint_states");
+  JointGoals foreign_goals(foreign_node, "rt/north/goal_joints");
 
   const auto complete = [](const auto& message) { return message.position().size() == 6; };
   const auto first = seen.next(complete);
@@ -89,7 +89,7 @@ TEST_F(Ros2Enclave, ServesOnlyNodesWithAnEnclave) {
   // Goals of nodes without such keys arrive nowhere.
   goal.position()[0] = first->position()[0] - 0.4;
   forged.write(goal);
-  strange_goals.write(goal);
+  foreign_goals.write(goal);
   double lowest = first->position()[0];
   for (int i = 0; i < 100; ++i) {
     const auto state = seen.next(complete);
@@ -98,9 +98,9 @@ TEST_F(Ros2Enclave, ServesOnlyNodesWithAnEnclave) {
   }
   EXPECT_GT(lowest, first->position()[0] - 0.01);
   EXPECT_FALSE(forged.matched());
-  EXPECT_FALSE(strange_goals.matched());
+  EXPECT_FALSE(foreign_goals.matched());
   EXPECT_TRUE(stolen.take().empty());
-  EXPECT_TRUE(strange.take().empty());
+  EXPECT_TRUE(foreign_states.take().empty());
 
   // One of a node with an enclave moves the arm.
   const double target = first->position()[0] + 0.4;

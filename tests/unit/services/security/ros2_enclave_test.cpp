@@ -80,15 +80,15 @@ TEST_F(Ros2EnclaveFiles, AreNamedWhenTheyBelongToAnother) {
   replace("permissions.p7s", permissions);
 
   Sros2Keystore foreign(folder_.path() / "foreign");
-  const fs::path stranger = foreign.add("hecaton");
+  const fs::path foreign_enclave = foreign.add("hecaton");
   for (const char* file : {"governance.p7s", "permissions.p7s"}) {
     const fs::path aside = folder_.path() / "own";
     fs::copy_file(enclave_ / file, aside, fs::copy_options::overwrite_existing);
-    replace(file, stranger / file);
+    replace(file, foreign_enclave / file);
     EXPECT_EQ(refusal(enclave_), (enclave_ / file).string() + ": is not signed by permissions_ca.cert.pem beside it");
     replace(file, aside);
   }
-  replace("identity_ca.cert.pem", stranger / "identity_ca.cert.pem");
+  replace("identity_ca.cert.pem", foreign_enclave / "identity_ca.cert.pem");
   EXPECT_EQ(refusal(enclave_), (enclave_ / "cert.pem").string() + ": is not signed by identity_ca.cert.pem beside it");
 }
 
