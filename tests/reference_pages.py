@@ -120,7 +120,7 @@ def key_text(key):
 def delivery(qos):
     reliable = "kept" if "transient_local" in qos else "reliable"
     words = [reliable if qos.get("reliable") == "true" else "best effort"]
-    words += ["to its arm only"] * ("partition_per_key" in qos)
+    words += ["to readers of its arm"] * ("partition_per_key" in qos)
     words += [f"{name} {qos[name]}" for name in ("deadline",) if name in qos]
     return ", ".join(words)
 

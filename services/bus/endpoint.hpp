@@ -83,8 +83,8 @@ struct ReaderOptions {
   std::optional<std::chrono::milliseconds> deadline = {};  ///< instead of the topic's; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
   std::optional<bool> conflate = {};
-  /// On a topic with Qos::partition_per_key: the only key that it receives. Empty: all keys.
-  std::string key = {};
+  /// On a topic with Qos::partition_per_key: the only keys that it receives. Empty: all keys.
+  std::vector<std::string> keys = {};
   std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
 };
 

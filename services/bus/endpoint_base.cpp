@@ -119,7 +119,7 @@ void ReaderBase::open(const dds::TypeSupport& type, const ReaderOptions& options
   deadline_ = options.deadline.value_or(info_.qos.deadline);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   auto* topic = participant_->topic(info_, type_);
-  subscriber_ = info_.qos.partition_per_key ? participant_->subscriber_of(options.key) : participant_->subscriber;
+  subscriber_ = info_.qos.partition_per_key ? participant_->subscriber_of(options.keys) : participant_->subscriber;
   reader_ = subscriber_->create_datareader(topic, reader_qos(info_.qos, has_key(type_)), this);
   if (reader_ == nullptr) throw std::runtime_error("bus: cannot create a reader of " + std::string(info_.name));
   if (deadline_ > Clock::duration::zero()) participant_->monitor(*this);

@@ -271,13 +271,16 @@ dds::Publisher* Participant::Impl::publisher_of(const std::string& key) {
   return known;
 }
 
-dds::Subscriber* Participant::Impl::subscriber_of(const std::string& key) {
-  dds::Subscriber*& known = subscribers_[partition_of(key)];
+dds::Subscriber* Participant::Impl::subscriber_of(const std::vector<std::string>& keys) {
+  std::vector<std::string> partitions;
+  for (const std::string& key : keys) partitions.push_back(partition_of(key));
+  if (partitions.empty()) partitions.push_back(partition_of({}));
+  dds::Subscriber*& known = subscribers_[partitions];
   if (known) return known;
   dds::SubscriberQos qos;
-  qos.partition().push_back(partition_of(key).c_str());
+  for (const std::string& partition : partitions) qos.partition().push_back(partition.c_str());
   known = participant->create_subscriber(qos, nullptr, dds::StatusMask::none());
-  if (!known) throw std::runtime_error("bus: cannot create a subscriber in partition " + partition_of(key));
+  if (!known) throw std::runtime_error("bus: cannot create a subscriber in partition " + partitions.front());
   return known;
 }
 

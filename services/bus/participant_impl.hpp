@@ -38,9 +38,10 @@ struct Participant::Impl : PeerListener {
 
   /// The topic of a row, created on first use. Throws std::runtime_error.
   dds::Topic* topic(const TopicInfo& info, const dds::TypeSupport& type);
-  /// The publisher and subscriber in the partition of one key, or of all keys when it is empty. Hold endpoints_mutex.
+  /// The publisher in the partition of one key, the subscriber in those of some; empty: of all keys. Hold
+  /// endpoints_mutex.
   [[nodiscard]] dds::Publisher* publisher_of(const std::string& key);
-  [[nodiscard]] dds::Subscriber* subscriber_of(const std::string& key);
+  [[nodiscard]] dds::Subscriber* subscriber_of(const std::vector<std::string>& keys);
   /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
   dds::TypeSupport raw_type(const std::string& name);
   void on_peer(const PeerEvent& event) override;
@@ -94,8 +95,8 @@ struct Participant::Impl : PeerListener {
 
   Mailbox* mailbox_;
   const std::string partition_;
-  std::map<std::string, dds::Publisher*> publishers_;    ///< by partition
-  std::map<std::string, dds::Subscriber*> subscribers_;  ///< by partition
+  std::map<std::string, dds::Publisher*> publishers_;                 ///< by partition
+  std::map<std::vector<std::string>, dds::Subscriber*> subscribers_;  ///< by partitions
   std::shared_ptr<DatagramFilter> filter_;
   bool announce_departure_;
   const bool secured_;

@@ -27,6 +27,7 @@ struct Qos {
   std::chrono::milliseconds hold{0};
   /// Each key has a partition of its own, so a sample is sent only to the readers of its key (WriterOptions::key).
   bool partition_per_key = false;
+  bool other_arms_read = false;  ///< with that: with keys, the nodes of an arm may read what those of others write
   bool reports_writers = false;  ///< readers report two writers of a key, but refuse none: terms or rules decide
 };
 
@@ -47,7 +48,8 @@ struct TopicInfo {
 // clang-format off: a table
 #define HECATON_TOPICS(TOPIC)                                                                                          \
   /*    type               key                                   writers           readers                     QoS */  \
-  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 50ms, .hold = 200ms)                 \
+  TOPIC(ArmState, sample.arm(), "driver", "planner world supervisor", .deadline = 50ms, .hold = 200ms,                 \
+        .partition_per_key = true, .other_arms_read = true)                                                            \
   TOPIC(ArmCommand, sample.arm(), "planner", "driver", .reliable = true, .heartbeat = 5ms, .partition_per_key = true)  \
   TOPIC(DeviceRequest, "", "cli", "driver", .reliable = true, .depth = 32)                                             \
   TOPIC(DeviceCommand, sample.arm(), "driver", "driver program", .hold = 200ms, .partition_per_key = true)             \

@@ -41,8 +41,21 @@ ArmView::ArmView(const planner::Cell& cell, int self)
     names_.push_back(planned.arm.name);
     joints_.push_back(planned.arm.model->joints());
     limits_.push_back(planned.arm.limits);
+    homes_.push_back(planned.arm.home());
+    neighbours_.push_back(static_cast<int>(neighbours_.size()));
     ranges_.push_back(planner::outside_ranges(*planned.arm.model));
   }
+}
+
+void ArmView::set_neighbours(std::vector<int> neighbours) {
+  for (const int arm : neighbours) {
+    if (!is_neighbour(arm)) received_[arm].reset();
+  }
+  neighbours_ = std::move(neighbours);
+}
+
+bool ArmView::is_neighbour(int index) const {
+  return std::binary_search(neighbours_.begin(), neighbours_.end(), index);
 }
 
 std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus::EndpointId& writer,
@@ -233,6 +246,15 @@ void ArmView::observe_lost(int index, const msg::LostArm& lost) {
   seen.plans = seen.foreign = false;
 }
 
+void ArmView::observe_far(int index) {
+  planner::ArmObservation& seen = observations_[index];
+  seen.known = true;
+  seen.q = homes_[index];
+  seen.qd = planner::JointVector::Zero(joints_[index]);
+  seen.age = 0.0;
+  seen.plans = seen.foreign = false;
+}
+
 std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now, const CellModeView& mode) {
   for (std::size_t i = 0; i < received_.size(); ++i) {
     planner::ArmObservation& seen = observations_[i];
@@ -246,11 +268,15 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
       observe_lost(static_cast<int>(i), *mode.lost(names_[i]));
       continue;
     }
-    if (!received_[i]) continue;
+    if (!is_neighbour(static_cast<int>(i))) {
+      observe_far(static_cast<int>(i));
+      continue;
+    }
+    seen.known = received_[i].has_value();
+    if (!seen.known) continue;
     seen.q = received_[i]->q;
     seen.qd = received_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
-    seen.known = true;
     seen.foreign = received_[i]->mode == msg::ArmMode::ARM_OBSERVED;
     const bool plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
     if (plans) planned_at_[i] = now;

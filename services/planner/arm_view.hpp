@@ -66,8 +66,13 @@ class ArmView {
     std::vector<planner::MotionRange> outside = {};
   };
 
-  /// `self`: index of the own arm.
+  /// `self`: index of the own arm. Every arm is a neighbour.
   ArmView(const planner::Cell& cell, int self);
+
+  /// The arms whose states count from now on, ascending. A new one is unknown until its next state.
+  void set_neighbours(std::vector<int> neighbours);
+  [[nodiscard]] const std::vector<int>& neighbours() const { return neighbours_; }
+  [[nodiscard]] bool is_neighbour(int index) const;
 
   // Each apply() returns a sentence when the message is invalid; it then has no effect. Messages about arms that the
   // cell does not have are invalid.
@@ -92,13 +97,15 @@ class ArmView {
   /// mode: this planner itself may be cut off.
   [[nodiscard]] bool lost(int index, Clock::time_point now, const CellModeView& mode) const;
   /// One observation per arm, at `now`. An arm avoids collisions (`plans`) while its drive follows commands and it is
-  /// not held. A lost arm is at rest anywhere in its reachable stop set.
+  /// not held. A lost arm is at rest anywhere in its reachable stop set. An arm that is no neighbour counts as at rest
+  /// at home: it does not come near the own arm in any posture.
   [[nodiscard]] std::span<const planner::ArmObservation> observe(Clock::time_point now, const CellModeView& mode);
 
  private:
   /// −1: no such arm.
   [[nodiscard]] int index_of(const std::string& name) const;
   void observe_lost(int index, const msg::LostArm& lost);
+  void observe_far(int index);
   /// The last messages of one planner of an arm about coupled plans.
   struct Coordination {
     std::string planner;  ///< its node
@@ -114,6 +121,8 @@ class ArmView {
   std::vector<std::string> names_;
   std::vector<int> joints_;
   std::vector<planner::JointLimits> limits_;
+  std::vector<planner::JointVector> homes_;
+  std::vector<int> neighbours_;
   std::vector<std::vector<planner::MotionRange>> ranges_;  ///< of the joints outside the chain, by arm
   std::vector<std::optional<ReceivedState>> received_;
   std::vector<planner::ArmObservation> observations_;

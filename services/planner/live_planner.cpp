@@ -18,6 +18,14 @@ msg::Cause obstacles_old(std::string text) {
   return make_cause(CauseKind::CAUSE_OBSTACLES_OLD, world_node(), std::move(text));
 }
 
+double largest_influence_distance(const planner::Cell& cell) {
+  double largest = 0.0;
+  for (const planner::PlannedArm& arm : cell.arms) {
+    largest = std::max(largest, arm.parameters.damper.influence_distance);
+  }
+  return largest;
+}
+
 }  // namespace
 
 bool is_missing_input(const msg::Cause& hold) {
@@ -29,6 +37,7 @@ LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string&
                          const planner::ArmPlannerOptions& options)
     : self_(self),
       state_age_limit_(cell.arms[self].parameters.state_age_limit),
+      influence_distance_(largest_influence_distance(cell)),
       sensor_only_(cell.arms[self].parameters.method->traits().sensor_only),
       arms_(cell, self),
       obstacles_(names_of(cell)),
@@ -39,6 +48,17 @@ LivePlanner::LivePlanner(const planner::Cell& cell, int self, const std::string&
   command_.arm(name());
   command_.node(node);
   command_.period(options.control_period);
+  arms_.set_neighbours(find_neighbours());
+}
+
+std::vector<int> LivePlanner::find_neighbours() const {
+  return planner_.controller().geometry().neighbourhood(influence_distance_);
+}
+
+std::vector<std::string> LivePlanner::neighbour_names() const {
+  std::vector<std::string> names;
+  for (const int arm : arms_.neighbours()) names.push_back(arms_of_cell_[arm].name);
+  return names;
 }
 
 std::optional<std::string> LivePlanner::apply(const msg::RangeScan& scan, const bus::EndpointId& writer,
@@ -96,8 +116,9 @@ LivePlanner::OldestInput LivePlanner::oldest_input(Clock::time_point now, const 
   };
   const auto& arms = planner_.controller().geometry().arms();
   for (int i = 0; i < static_cast<int>(arms.size()); ++i) {
-    if (!arms_.lost(i, now, mode))
+    if (arms_.is_neighbour(i) && !arms_.lost(i, now, mode)) {
       consider(arms_.age(i, now), "ArmState/" + arms[i].name, CauseKind::CAUSE_ARM_STATE_OLD);
+    }
   }
   const double never = std::numeric_limits<double>::infinity();
   if (!sensor_only_) {
@@ -157,6 +178,8 @@ std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext&
   events.scans = scans_;
   if (context.ticks != nullptr) log_events(context, events);
   planner_.receive(events);
+  // Before the arms are observed: a new neighbour is unknown, and this arm waits, until its state arrives.
+  if (events.obstacles) arms_.set_neighbours(find_neighbours());
   scans_.clear();
   if (silent) return std::nullopt;
 

@@ -35,6 +35,11 @@ class LivePlanner {
 
   // Receive messages.
   [[nodiscard]] ArmView& arms() { return arms_; }
+  /// The arms whose states the planner needs, ascending: the own arm and all that can come within the influence
+  /// distance of it, with what both carry (docs/explanation/0023-neighbours.md). Changes when an arm grasps or releases
+  /// a body.
+  [[nodiscard]] const std::vector<int>& neighbours() const { return arms_.neighbours(); }
+  [[nodiscard]] std::vector<std::string> neighbour_names() const;
   [[nodiscard]] ObstacleView& obstacles() { return obstacles_; }
   /// Returns a sentence when the scan is invalid.
   std::optional<std::string> apply(const msg::RangeScan& scan, const bus::EndpointId& writer,
@@ -95,6 +100,8 @@ class LivePlanner {
   [[nodiscard]] bool has_fresh_own_state(Clock::time_point now) const;
   [[nodiscard]] std::optional<msg::Cause> missing_environment(Clock::time_point now) const;
   [[nodiscard]] std::uint64_t next_number(const PeriodContext& context);
+  /// Of the planner's present geometry.
+  [[nodiscard]] std::vector<int> find_neighbours() const;
   /// Joins the world's obstacles with what the arms have outside their chains.
   void update_scene(Clock::time_point now);
   /// States of scene_, with their ages at `now`. Valid until the next call.
@@ -102,8 +109,9 @@ class LivePlanner {
   void log_events(const PeriodContext& context, const planner::PeriodEvents& events) const;
 
   int self_;
-  double state_age_limit_;  ///< [s]
-  bool sensor_only_;        ///< obstacles are known by the arm's sensors only
+  double state_age_limit_;     ///< [s]
+  double influence_distance_;  ///< the largest of all arms [m]
+  bool sensor_only_;           ///< obstacles are known by the arm's sensors only
   ArmView arms_;
   ObstacleView obstacles_;
   SensorView sensors_;

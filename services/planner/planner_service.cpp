@@ -30,10 +30,13 @@ planner::ArmPlannerOptions planner_options(const planner::Cell& cell, int arm) {
 
 }  // namespace
 
-PlannerSubscriptions::PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox, std::string arm)
-    : arm_(std::move(arm)),
+PlannerSubscriptions::PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox,
+                                           const LivePlanner& planner)
+    : arm_(planner.name()),
+      participant_(participant),
       mailbox_(mailbox),
-      arm_states_(participant, &mailbox),
+      neighbours_(planner.neighbours()),
+      arm_states_(participant, &mailbox, {.keys = planner.neighbour_names()}),
       obstacle_shapes_(participant, &mailbox),
       obstacle_states_(participant, &mailbox),
       scans_(participant, &mailbox),
@@ -48,8 +51,15 @@ void PlannerSubscriptions::report_unusable(const std::optional<std::string>& unu
   log_warning("message ignored", {{"reason", *unusable}});
 }
 
+void PlannerSubscriptions::follow_neighbours(const LivePlanner& planner) {
+  if (planner.neighbours() == neighbours_) return;
+  neighbours_ = planner.neighbours();
+  arm_states_ = bus::Reader<msg::ArmState>(participant_, &mailbox_, {.keys = planner.neighbour_names()});
+}
+
 std::vector<msg::GoalStatus> PlannerSubscriptions::update(LivePlanner& planner) {
   (void)mailbox_.take_events();
+  follow_neighbours(planner);
   ArmView& arms = planner.arms();
   std::vector<msg::GoalStatus> usable;
   for (const auto& sample : arm_states_.take()) {
@@ -157,7 +167,8 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
                                const ShutdownSignal& shutdown, const Place& place)
     : participant_(make_participant(file, options, Role::kPlanner, place.node, &mailbox_)),
       modes_(participant_, &modes_mailbox_),
-      subscriptions_(participant_, mailbox_, place.arm),
+      planner_(planner::live_cell(file.cell, arm), arm, place.node, planner_options(file.cell, arm)),
+      subscriptions_(participant_, mailbox_, planner_),
       publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_, {.key = place.arm}),
                   .statuses = bus::Writer<msg::GoalStatus>(participant_),
                   .coordination = CoordinationPublisher(participant_, names_of(file.cell), arm, place.node),
@@ -171,7 +182,6 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
                 file.cell.arms[arm].arm.model->joints()),
       goals_(place.arm, place.node),
       resolver_(planner::CellGeometry(arms_of(planner::live_cell(file.cell, arm)), arm)),
-      planner_(planner::live_cell(file.cell, arm), arm, place.node, planner_options(file.cell, arm)),
       searches_(planner::live_cell(file.cell, arm), arm),
       hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {}
 

@@ -32,8 +32,9 @@ namespace hecaton::services {
 /// Topics that a planner subscribes to.
 class PlannerSubscriptions {
  public:
-  /// `arm`: of the planner. All endpoints notify `mailbox`, which must outlive the object.
-  PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox, std::string arm);
+  /// `planner`: for which the messages are. All endpoints notify `mailbox`, which must outlive the object, as must
+  /// `participant`.
+  PlannerSubscriptions(bus::Participant& participant, bus::Mailbox& mailbox, const LivePlanner& planner);
 
   /// Passes all received messages except goals to `planner`, and logs messages that are invalid. Returns the valid goal
   /// statuses, of all arms.
@@ -42,12 +43,16 @@ class PlannerSubscriptions {
   [[nodiscard]] std::vector<msg::Goal> take_goals();
 
  private:
+  /// Makes another reader if the planner has other neighbours.
+  void follow_neighbours(const LivePlanner& planner);
   void update_obstacles(ObstacleView& obstacles);
   void report_unusable(const std::optional<std::string>& unusable);
 
   std::string arm_;
+  bus::Participant& participant_;
   bus::Mailbox& mailbox_;
-  bus::Reader<msg::ArmState> arm_states_;
+  std::vector<int> neighbours_;
+  bus::Reader<msg::ArmState> arm_states_;  ///< of neighbours_
   bus::Reader<msg::ObstacleShapes> obstacle_shapes_;
   bus::Reader<msg::ObstacleStates> obstacle_states_;
   bus::Reader<msg::RangeScan> scans_;
@@ -136,13 +141,13 @@ class PlannerService {
   bus::Mailbox mailbox_, modes_mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;
+  LivePlanner planner_;
   PlannerSubscriptions subscriptions_;
   PlannerPublishers publishers_;
   PeriodicLoop loop_;
   FailoverParticipant failover_;
   GoalManager goals_;
   GoalResolver resolver_;
-  LivePlanner planner_;
   SearchThreads searches_;
   ProgressReporter reporter_;
   std::optional<msg::Cause> hold_;  ///< why the arm must not move

@@ -114,9 +114,11 @@ std::string permissions_xml(Role role, const std::string& subject, Time from, Ti
   const bool reads_all = role == Role::kOperator || role == Role::kViewer;
   for (const bus::TopicInfo& topic : bus::kTopics) {
     const bool reads = reads_all || has_any(topic.readers, words_of(role));
-    Topics& to = topic.qos.partition_per_key && !arms.empty() && !reads_all ? of_arms : topics;
-    if (has_any(topic.writers, words_of(role))) to.published.emplace_back(topic.name);
-    if (reads) to.subscribed.emplace_back(topic.name);
+    const bool own_arms_only = topic.qos.partition_per_key && !arms.empty() && !reads_all;
+    if (has_any(topic.writers, words_of(role))) (own_arms_only ? of_arms : topics).published.emplace_back(topic.name);
+    if (reads) {
+      (own_arms_only && !topic.qos.other_arms_read ? of_arms : topics).subscribed.emplace_back(topic.name);
+    }
   }
   std::vector<std::string> partitions;
   for (const std::string& arm : arms) partitions.push_back("*/" + arm);

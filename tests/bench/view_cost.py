@@ -108,7 +108,7 @@ def tick_p99(programs, cell, seconds):
         answer = subprocess.run([programs / "hecaton", "--cell", cell, "--domain", str(DOMAIN), "-o", "json", "status"],
                                 capture_output=True, text=True, check=True)
         nodes = [node for node in json.loads(answer.stdout)["nodes"] if node["kind"] == "planner"]
-        ticks += [node["tick_p99_us"] for node in nodes]
+        ticks += [node["tick_us"]["p99"] for node in nodes]
         time.sleep(0.5)
     return statistics.median(ticks)
 

@@ -11,6 +11,7 @@
 /// there. `latency` takes the time from a state of a moving arm to the joint states of ROS 2 with its positions.
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -85,7 +86,9 @@ class Peer {
       : participant_(
             checked(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr), "participant")) {
     dds_qos_t* qos = dds_create_qos();
-    if (!partition.empty()) dds_qset_partition1(qos, partition.c_str());
+    const std::string of_arms = partition + "/*";  // states and commands of each arm have a partition of their own
+    std::array partitions{partition.c_str(), of_arms.c_str()};
+    if (!partition.empty()) dds_qset_partition(qos, partitions.size(), partitions.data());
     publisher_ = checked(dds_create_publisher(participant_, qos, nullptr), "publisher");
     subscriber_ = checked(dds_create_subscriber(participant_, qos, nullptr), "subscriber");
     dds_delete_qos(qos);

@@ -156,7 +156,7 @@ TEST_F(Forgery, IgnoresRecordedDatagrams) {
   ASSERT_TRUE(intruder_.bound());
   bus::Participant driver = participant("driver", Role::kDriver);
   bus::Participant planner = participant("planner", Role::kPlanner);
-  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.key = "north"});
+  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.keys = {"north"}});
   bus::Writer<msg::ArmCommand> writer(planner, {.key = "north"});
   ASSERT_TRUE(writer.wait_matched(1, kPatience));
   std::vector<std::uint64_t> received;
@@ -206,7 +206,7 @@ TEST_F(Forgery, RefusesAParticipantWithPermissionsOfItsOwn) {
   fs::copy_file(own / "enclaves" / "governance.p7s", viewer / "governance.p7s", fs::copy_options::overwrite_existing);
 
   bus::Participant driver = participant("driver", Role::kDriver);
-  bus::Reader<msg::ArmCommand> commands(driver, nullptr, {.key = "north"});
+  bus::Reader<msg::ArmCommand> commands(driver, nullptr, {.keys = {"north"}});
   bus::Participant forger = participant("planner/north", Role::kViewer);
   bus::Writer<msg::ArmCommand> forged(forger, {.key = "north"});
   bus::Participant planner = participant("planner/north", Role::kPlanner);

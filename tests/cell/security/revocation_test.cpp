@@ -154,7 +154,7 @@ TEST_F(Revocation, LetsPlannersOfAHostCommandItsArmsOnly) {
   EXPECT_THROW(bus::Writer<msg::ArmCommand>(planner, {.key = "north"}), std::runtime_error);
   EXPECT_THROW(bus::Writer<msg::ArmCommand>{planner}, std::runtime_error);
   bus::Participant driver(domain_.number(), "driver", options(keys_, "cell-pc", Role::kDriver));
-  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.key = "south"});
+  bus::Reader<msg::ArmCommand> reader(driver, nullptr, {.keys = {"south"}});
   bus::Writer<msg::ArmCommand> writer(planner, {.key = "south"});
   ASSERT_TRUE(writer.wait_matched(1, kPatience));
   msg::ArmCommand command;

@@ -52,7 +52,7 @@ class Link {
   Link(std::unique_ptr<bus::Participant> participant, const std::string& arm)
       : participant_(std::move(participant)),
         commands_(*participant_, {.key = arm}),
-        states_(*participant_, &mailbox_, {.deadline = std::chrono::milliseconds(0), .key = arm}) {}
+        states_(*participant_, &mailbox_, {.deadline = std::chrono::milliseconds(0), .keys = {arm}}) {}
 
   void send(const msg::DeviceCommand& command) { (void)commands_.write(command); }
   /// The newest state; null: none has arrived.

@@ -27,7 +27,7 @@ class ProgramArmTest : public testing::Test {
   ProgramArmTest()
       : participant_(domain_.number(), "program"),
         states_(participant_, {.key = "south"}),
-        commands_(participant_, nullptr, {.key = "south"}) {
+        commands_(participant_, nullptr, {.keys = {"south"}}) {
     device::DeviceSetup setup;
     setup.arm = "south";
     setup.limits.lower = device::JointVector::Constant(3, -3.0);

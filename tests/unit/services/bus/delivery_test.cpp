@@ -60,8 +60,8 @@ TEST_F(Delivery, ReceivesCommandsForThirtyArmsOfOneWriter) {
 }
 
 TEST_F(Delivery, SendsACommandOnlyToTheReadersOfItsArm) {
-  Reader<msg::ArmCommand> own(there_, nullptr, {.key = "north"});
-  Reader<msg::ArmCommand> other(there_, nullptr, {.key = "south"});
+  Reader<msg::ArmCommand> own(there_, nullptr, {.keys = {"north"}});
+  Reader<msg::ArmCommand> other(there_, nullptr, {.keys = {"south"}});
   Reader<msg::ArmCommand> all(there_);
   Writer<msg::ArmCommand> south(here_, {.key = "south"});
   Writer<msg::ArmCommand> writer(here_, {.key = "north"});
