@@ -21,6 +21,17 @@ GuardedType<T>& support_of_thread() {
 
 }  // namespace
 
+std::uint32_t schema_in(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kEncapsulation = 4;
+  if (bytes.size() < kEncapsulation + 4) return 0;
+  const bool little = bytes[1] == 1;
+  std::uint32_t schema = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    schema = (schema << 8U) | bytes[kEncapsulation + (little ? 3 - i : i)];
+  }
+  return schema;
+}
+
 template <class T>
 DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes) {
   const CheckedSample checked = check_sample(*rule_of<T>(), bytes);

@@ -17,6 +17,9 @@ struct DecodedSample {
   bool other_schema = false;  ///< they are of another schema version
 };
 
+/// The schema version in the first field of each message (common.idl). `bytes`: CDR with its encapsulation; 0: cut off.
+[[nodiscard]] std::uint32_t schema_in(std::span<const std::uint8_t> bytes);
+
 /// From CDR with its encapsulation, as RawSample::bytes. For the types of topics.hpp. Thread-safe.
 template <class T>
 [[nodiscard]] DecodedSample<T> decode_recorded(std::span<const std::uint8_t> bytes);

@@ -79,6 +79,8 @@ struct TopicInfo {
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \
   TOPIC(SupervisorReply, "", "supervisor", "cli", .reliable = true, .transient_local = true, .depth = 4)               \
+  TOPIC(RecorderRequest, "", "cli", "recorder", .reliable = true, .depth = 32)                                         \
+  TOPIC(RecorderReply, "", "recorder", "cli", .reliable = true, .transient_local = true, .depth = 4)                   \
   TOPIC(PlannerTick, sample.arm(), "planner", "recorder", .reliable = true, .depth = 64)                               \
   TOPIC(PlannedMotion, sample.arm(), "planner", "view recorder", .reliable = true)
 // clang-format on

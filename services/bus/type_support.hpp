@@ -6,6 +6,7 @@
 #include <idl/goalPubSubTypes.h>
 #include <idl/healthPubSubTypes.h>
 #include <idl/plannerPubSubTypes.h>
+#include <idl/recorderPubSubTypes.h>
 #include <idl/supervisorPubSubTypes.h>
 #include <idl/worldPubSubTypes.h>
 

@@ -5,6 +5,7 @@
 
 #include <idl/device.h>
 #include <idl/planner.h>
+#include <idl/recorder.h>
 #include <idl/supervisor.h>
 
 // The table. Fields stand in the order of the idl files; the test wire_rules_test compares both.
@@ -524,6 +525,13 @@ constexpr std::array kPlannedMotionFields{kSchema,
                                           time("foreseen_period")};
 constexpr StructRule kPlannedMotion{"PlannedMotion", kPlannedMotionFields};
 
+// recorder.idl
+constexpr std::array kRecorderRequestFields{kSchema, name_of("client"), count("request_id")};
+constexpr StructRule kRecorderRequest{"RecorderRequest", kRecorderRequestFields};
+constexpr std::array kRecorderReplyFields{kSchema,         name_of("client"), count("request_id"),    name_of("host"),
+                                          boolean("done"), text("file"),      nested("cause", kCause)};
+constexpr StructRule kRecorderReply{"RecorderReply", kRecorderReplyFields};
+
 // supervisor.idl
 /// The supervisor refuses a speed beyond the limits with a sentence, so that the client gets a reply.
 constexpr std::array kSupervisorRequestFields{kSchema,
@@ -608,6 +616,8 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kFault, kSmall, 10000},
                             TopicRule{kSupervisorRequest, kSmall, 500},
                             TopicRule{kSupervisorReply, kLargest, 2000},
+                            TopicRule{kRecorderRequest, kSmall, 500},
+                            TopicRule{kRecorderReply, kSmall, 2000},
                             TopicRule{kPlannerTick, kLargest, 5000},
                             TopicRule{kPlannedMotion, kSmall, 5000}};
 

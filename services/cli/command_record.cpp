@@ -1,12 +1,9 @@
-/// hecaton record: records all topics of a running cell, or orders its recorder to save.
+/// hecaton record: records all topics of a running cell, or orders its recorders to save.
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -22,10 +19,12 @@
 #include "services/config/text.hpp"
 #include "services/recorder/recorder.hpp"
 #include "services/recorder/recorder_service.hpp"
+#include "services/recorder/save_orders.hpp"
 #include "services/recorder/save_signal.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/periodic_loop.hpp"
+#include "services/runtime/process_info.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -39,7 +38,7 @@ struct Options {
   double duration = 0.0;      ///< [s]; 0: until a signal
   double split_time = 0.0;    ///< [s]; 0: never
   double keep = 0.0;          ///< [s]; 0: all
-  double after_fault = -1.0;  ///< after faults and stops that is saved, too [s]; negative: only SaveSignal saves
+  double after_fault = -1.0;  ///< after faults and stops that is saved, too [s]; negative: only orders save
   bool ros2 = false;          ///< with the topics of hecaton-ros2
   bool save = false;          ///< order the recorder of the cell to save, and record nothing
 };
@@ -108,28 +107,35 @@ void print_result(const Settings& settings, const recorder::Recorder& recorder) 
   print(settings, json, table);
 }
 
-/// Events after which the files that --keep would remove are saved.
+/// Events and orders after which the files that --keep would remove are saved.
 class Saving {
  public:
   Saving(const config::CellFile& file, const ServiceOptions& service, const Options& options)
-      : after_(seconds(std::max(0.0, options.after_fault))) {
-    if (options.after_fault < 0.0) return;
-    participant_.emplace(make_participant(file, service, Role::kViewer, recorder_node()));
-    events_.emplace(*participant_);
+      : after_(seconds(std::max(0.0, options.after_fault))),
+        participant_(make_participant(file, service, Role::kViewer, recorder_node())),
+        orders_(participant_, machine_name()) {
+    if (options.after_fault >= 0.0) events_.emplace(participant_);
   }
   void take(recorder::Recorder& recorder) {
-    const std::string event = events_                        ? events_->take()
-                              : recorder::SaveSignal::take() ? std::string("a person ordered it")
-                                                             : std::string();
+    std::string event;
+    if (events_) {
+      event = events_->take();
+    } else if (recorder::SaveSignal::take()) {
+      event = recorder::kOrdered;
+    }
+    const bool ordered = orders_.take();
+    if (ordered) event = recorder::kOrdered;
     if (event.empty()) return;
     recorder.save(after_);
     std::fprintf(stderr, "saved what is kept: %s\n", event.c_str());
+    if (ordered) orders_.reply(std::filesystem::absolute(recorder.recording().files().back()).string(), "");
   }
 
  private:
   std::chrono::nanoseconds after_;
-  std::optional<bus::Participant> participant_;
-  std::optional<recorder::SavingEvents> events_;
+  bus::Participant participant_;
+  recorder::SaveOrders orders_;
+  std::optional<recorder::SavingEvents> events_;  ///< none: only orders save
 };
 
 ExitCode record(const Settings& settings, const Options& options) {
@@ -170,39 +176,17 @@ ExitCode record(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
-/// The process is a hecaton-recorder of this machine.
-bool is_recorder(long pid) {
-  constexpr std::string_view kName = "hecaton-recorde";  // the kernel keeps 15 bytes
-  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
-  std::string name;
-  return std::getline(file, name) && name == kName;
-}
-
-/// Orders the recorder that an agent of the cell has started.
+/// Orders the recorders of the cell, on whatever hosts.
 ExitCode save(const Settings& given, const Options& options) {
   Settings settings = given;
   if (!options.cell.empty()) settings.cell_file = options.cell;
-  const msg::CellStatus status = connect(settings)->status(answer_limit(settings));
-  const auto node = std::find_if(status.nodes().begin(), status.nodes().end(), [](const msg::NodeStatus& one) {
-    return one.alive() && one.heartbeat().node() == recorder_node();
-  });
-  if (node == status.nodes().end()) {
-    throw Failure(ExitCode::kNegative, "no agent of cell " + status.cell() +
-                                           " runs a recorder; give the cell file the key record, or send SIGUSR1 to "
-                                           "'hecaton record --keep'");
+  Json json = Json::array();
+  std::string table;
+  for (const SavedRecording& saved : Cell(connect(settings)).save_recordings(answer_limit(settings))) {
+    json.push_back({{"host", saved.host}, {"file", saved.file}});
+    table += "the recorder on host " + saved.host + " saves what it keeps, up to " + saved.file + "\n";
   }
-  const msg::Heartbeat& heartbeat = node->heartbeat();
-  if (heartbeat.state() == msg::NodeState::NODE_FAILED) throw Failure(ExitCode::kNegative, heartbeat.cause().text());
-  const std::string process = "process " + std::to_string(heartbeat.pid()) + " on host " + heartbeat.host();
-  if (!is_recorder(heartbeat.pid())) {
-    throw Failure(ExitCode::kNegative, "the recorder is " + process + ", not on this machine; run the command there");
-  }
-  if (kill(static_cast<pid_t>(heartbeat.pid()), SIGUSR1) != 0) {
-    throw Failure(ExitCode::kNegative, "the recorder, " + process + ", takes no order: " + std::strerror(errno) +
-                                           "; run the command as the user of the agent");
-  }
-  print(settings, {{"recorder", recorder_node()}, {"host", heartbeat.host()}, {"pid", heartbeat.pid()}},
-        "the recorder on host " + heartbeat.host() + " saves what it keeps\n");
+  print(settings, json, table);
   return ExitCode::kDone;
 }
 
@@ -228,11 +212,14 @@ void add_record(CLI::App& app, Session& session) {
       ->needs(keep);
   command->add_flag("--ros2", options->ros2,
                     "with the topics of ROS 2 that hecaton-ros2 would send, for other programs");
-  command->add_flag("--save", options->save, "order the recorder of the cell to save what it keeps; record nothing")
+  command
+      ->add_flag("--save", options->save,
+                 "order the recorders of the cell, on any host, to save what they keep; record nothing")
       ->excludes(file);
   command->footer(
       "With --split-size, --split-time or --keep the files are FILE-0001.mcap and so on. --keep removes only files of "
-      "this recording, and none that is saved; the signal SIGUSR1 saves all that are there. A recording that ends "
+      "this recording, and none that is saved; --save of another process and the signal SIGUSR1 save all that are "
+      "there. A recording that ends "
       "without Ctrl-C lacks a second at most.");
   command->callback([&session, options] {
     session.action = options->save ? on_cell([&session, options] { return save(session.settings, *options); })

@@ -70,10 +70,22 @@ void write_file(const std::string& path, const std::string& content) {
   std::error_code error;
   if (stream) std::filesystem::rename(part, path, error);
   if (stream && !error) return;
+  const std::string reason = error ? error.message() : std::string(std::strerror(errno));
   std::error_code ignored;
   std::filesystem::remove(part, ignored);
+  throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(path) + "' cannot be written: " + reason);
+}
+
+/// Drawing takes minutes, so a file that cannot be written is refused before.
+void require_writable(const std::string& path) {
+  const std::string part = path + ".part";
+  const bool writable = std::ofstream(part, std::ios::binary | std::ios::trunc).is_open();
+  const std::string reason = std::strerror(errno);
+  std::error_code ignored;
+  std::filesystem::remove(part, ignored);
+  if (writable && !std::filesystem::is_directory(path, ignored)) return;
   throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(path) + "' cannot be written: " +
-                                         (error ? error.message() : std::string(std::strerror(errno))));
+                                         (writable ? "it is a folder" : reason) + "; name another file");
 }
 
 std::optional<std::string> draw(const Options& options, const std::function<void(std::size_t, std::size_t)>& progress,
@@ -97,6 +109,7 @@ std::optional<std::string> draw(const Options& options, const std::function<void
 
 ExitCode run(const Settings& settings, Options& options) {
   require_fitting(options);
+  require_writable(options.file);
   options.picture.film = options.file.ends_with(".webm");
   options.picture.dark = options.theme == "dark";
   const Interruption interruption;
@@ -166,8 +179,8 @@ void add_render(CLI::App& app, Session& session) {
   add_choice(*command, "--theme", options->theme, {"light", "dark"}, "background (light)");
   options->picture.layers = {"goals", "ways", "binding"};
   add_choices(*command, "--layers", options->picture.layers,
-              {"goals", "binding", "halos", "planning", "trails", "names"},
-              "what is drawn beside arms and obstacles (goals,binding)");
+              {"goals", "ways", "binding", "halos", "planning", "trails", "names"},
+              "what is drawn beside arms and obstacles (goals,ways,binding)");
   command->footer(
       "It needs chromium, which opens the page of the view without a window. A cell file is drawn as it starts. Of a "
       "recording, --layers trails draws the ways of the tools from 2 s earlier on.");

@@ -389,6 +389,15 @@ Receipt Cell::set_speed(double speed, const std::vector<std::string>& arms, cons
   return order_speed(*connection_, speed, arms, wait);
 }
 
+std::vector<SavedRecording> Cell::save_recordings(const Wait& wait) const {
+  std::vector<SavedRecording> saved;
+  for (const msg::RecorderReply& reply : connection_->order_recorders(wait)) {
+    if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
+    saved.push_back({reply.host(), reply.file()});
+  }
+  return saved;
+}
+
 std::vector<Fault> Cell::faults() const {
   std::vector<Fault> faults;
   for (const msg::Fault& fault : connection_->faults()) faults.push_back(client::to_public(fault));

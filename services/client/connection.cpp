@@ -27,6 +27,8 @@ constexpr const char* kNodeName = "hecaton";
 constexpr Seconds kAskAgain = 250ms;
 /// Time for the replies of other cells when several supervisors read the request.
 constexpr Seconds kOtherCells = 50ms;
+/// Time for the replies of further recorders, each of which looks for requests every 20 ms at most.
+constexpr Seconds kOtherRecorders = 100ms;
 /// Time limit of the destructor for the planners' answers to goals.
 constexpr auto kLastAnswers = 2s;
 
@@ -208,6 +210,7 @@ void Connection::listen() {
   take(*endpoints_.supervisor);
   if (endpoints_.world) take(*endpoints_.world);
   if (endpoints_.devices) take(*endpoints_.devices);
+  if (endpoints_.recorders) take(*endpoints_.recorders);
   if (endpoints_.goals) {
     for (const auto& sample : endpoints_.goals->statuses.take()) {
       if (!sample.disposed) note(sample.value);
@@ -421,6 +424,18 @@ msg::DeviceReply Connection::order_device(msg::DeviceRequest request, const Wait
   auto replies = call(*endpoints_.devices, std::move(request), wait, {kAskAgain, Seconds::zero()});
   if (!replies.empty()) return std::move(replies.front());
   throw Unreachable({"the driver of arm '" + arm + "' in " + where_ + " does not answer", {}, "driver/" + arm});
+}
+
+std::vector<msg::RecorderReply> Connection::order_recorders(const Wait& wait) {
+  {
+    const Lock lock(mutex_);
+    if (!endpoints_.recorders) endpoints_.recorders.emplace(participant_, mailbox_);
+  }
+  // Recorders that keep everything read the request, too, and do not reply.
+  auto replies = call(*endpoints_.recorders, msg::RecorderRequest(), wait, {kAskAgain, kOtherRecorders});
+  if (!replies.empty()) return replies;
+  throw Unreachable({"no recorder in " + where_ + " saves by order",
+                     "give the cell file the key record, or start 'hecaton record' with --keep", "the node recorder"});
 }
 
 Connection::GoalTopics& Connection::goal_topics() {

@@ -19,6 +19,7 @@
 #include <idl/arm.h>
 #include <idl/goal.h>
 #include <idl/health.h>
+#include <idl/recorder.h>
 #include <idl/supervisor.h>
 #include <idl/world.h>
 
@@ -90,6 +91,10 @@ class Connection {
   [[nodiscard]] msg::DeviceReply order_device(const std::string& arm, msg::DeviceOrder order, const Wait& wait);
   /// The same for a request whose client and number are not set yet.
   [[nodiscard]] msg::DeviceReply order_device(msg::DeviceRequest request, const Wait& wait);
+
+  /// Orders all recorders to save what they keep. Returns the replies that have arrived soon after the first one.
+  /// Throws Unreachable when no recorder replies, and Interrupted.
+  [[nodiscard]] std::vector<msg::RecorderReply> order_recorders(const Wait& wait);
 
   /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
@@ -204,6 +209,7 @@ class Connection {
     std::optional<Channel<msg::SupervisorRequest, msg::SupervisorReply>> supervisor;
     std::optional<Channel<msg::WorldEditRequest, msg::WorldEditReply>> world;
     std::optional<Channel<msg::DeviceRequest, msg::DeviceReply>> devices;
+    std::optional<Channel<msg::RecorderRequest, msg::RecorderReply>> recorders;
     std::optional<GoalTopics> goals;
     std::optional<bus::Reader<msg::Fault>> faults;
     std::optional<bus::Reader<msg::ArmState>> arms;

@@ -297,6 +297,7 @@ std::optional<Record> read_record(const MapView& root, const std::vector<Host>& 
     }
     record.limit = static_cast<std::uint64_t>(*bytes);
   }
+  if (const auto ros2 = map.find("ros2")) record.ros2 = ros2->boolean();
   return record;
 }
 

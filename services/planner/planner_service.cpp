@@ -332,7 +332,7 @@ void PlannerService::publish_heartbeat(Clock::time_point now) {
   HealthReport report;
   report.term = mode.term();
   report.lease = failover_.role().lease();
-  report.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : 1e9;
+  report.oldest_input_age = std::isfinite(oldest.age) ? oldest.age : -1.0;
   report.oldest_input = oldest.topic_and_key;
   report.state = failover_.in_charge() ? msg::NodeState::NODE_RUNNING : msg::NodeState::NODE_STANDBY;
   if (starved || stalled_.any) report.state = msg::NodeState::NODE_DEGRADED;

@@ -272,6 +272,13 @@ void bind_session(py::module_& module) {
                              [&](const Cell& cell, const Wait& wait) { return cell.set_speed(speed, arms, wait); });
           },
           py::arg("speed"), py::arg("arms"), py::arg("timeout"))
+      .def(
+          "save_recordings",
+          [](Session& self, const Limit& timeout) {
+            return self.call(limit_of(timeout),
+                             [](const Cell& cell, const Wait& wait) { return cell.save_recordings(wait); });
+          },
+          py::arg("timeout"))
       .def("faults", &Session::faults)
       .def("watch_faults", &Session::watch_faults)
       .def("next_event", &Session::next_event)

@@ -337,6 +337,9 @@ void bind_states(py::module_& module) {
       .computed(
           "warning", [](const Receipt& receipt) { return if_any(receipt.warning); },
           "set when the process that carried it out would lose it by a restart");
+  Value<SavedRecording>(module, "SavedRecording", "What a recorder has saved.")
+      .field("host", &SavedRecording::host, "of the recorder: its name in the cell file, else that of the machine")
+      .field("file", &SavedRecording::file, "the newest one, on that host");
 }
 
 void bind_status(py::module_& module) {

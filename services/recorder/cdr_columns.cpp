@@ -7,7 +7,10 @@
 #include <cstring>
 #include <string_view>
 
+#include <idl/common.h>
 #include <nlohmann/json.hpp>
+
+#include "services/bus/recorded_sample.hpp"
 
 namespace hecaton::services::recorder {
 namespace {
@@ -43,6 +46,11 @@ class CdrReader {
     std::string value(reinterpret_cast<const char*>(bytes_.data()) + at_, size - 1);
     at_ += size;
     return value;
+  }
+  void skip_text() {
+    const auto size = number<std::uint32_t>();
+    if (size > bytes_.size() - at_) throw std::out_of_range("cut off");
+    at_ += size;
   }
 
  private:
@@ -83,6 +91,16 @@ Json scalar(FieldKind kind, CdrReader& in) {
   return nullptr;
 }
 
+void skip_scalar(FieldKind kind, CdrReader& in) {
+  if (kind == FieldKind::kDouble || kind == FieldKind::kDoubles) {
+    static_cast<void>(in.number<double>());
+  } else if (kind == FieldKind::kName || kind == FieldKind::kText || kind == FieldKind::kNames) {
+    in.skip_text();
+  } else {
+    static_cast<void>(scalar(kind, in));
+  }
+}
+
 bool is_sequence(FieldKind kind) {
   return kind == FieldKind::kDoubles || kind == FieldKind::kUint32s || kind == FieldKind::kNames ||
          kind == FieldKind::kStructs;
@@ -110,6 +128,19 @@ Json value_of(const FieldRule& field, CdrReader& in) {
     list.push_back(field.kind == FieldKind::kStructs ? object_of(*field.of, in) : scalar(field.kind, in));
   }
   return list;
+}
+
+/// Passes over what value_of() would read. Reading is far slower.
+void skip(const FieldRule& field, CdrReader& in) {
+  const std::uint32_t count = is_sequence(field.kind) ? in.number<std::uint32_t>() : 1;
+  const bool structures = field.kind == FieldKind::kStruct || field.kind == FieldKind::kStructs;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (structures) {
+      for (const FieldRule& inner : field.of->fields) skip(inner, in);
+    } else {
+      skip_scalar(field.kind, in);
+    }
+  }
 }
 
 template <class T>
@@ -140,9 +171,9 @@ void measure_fields(const StructRule& rule, const std::string& prefix, CdrReader
     } else if (has_columns(field)) {
       const auto count = in.number<std::uint32_t>();
       lengths[path] = std::max<std::size_t>(lengths[path], count);
-      for (std::uint32_t i = 0; i < count; ++i) static_cast<void>(scalar(field.kind, in));
+      for (std::uint32_t i = 0; i < count; ++i) skip_scalar(field.kind, in);
     } else {
-      static_cast<void>(value_of(field, in));
+      skip(field, in);
     }
   }
 }
@@ -189,7 +220,11 @@ void put_cells(const StructRule& rule, const std::string& prefix, const Lengths&
 
 std::optional<std::string> CdrColumns::measure(ByteSpan message) {
   const bus::CheckedSample checked = bus::check_sample(rule_, message);
-  if (checked.other_schema) return "another version of its type wrote it; read it with the Hecaton that recorded it";
+  if (checked.other_schema) {
+    return "its messages have version " + std::to_string(bus::schema_in(message)) +
+           ", and this program reads version " + std::to_string(msg::SCHEMA_VERSION) +
+           "; use the Hecaton that recorded it";
+  }
   if (checked.refusal) return *checked.refusal;
   CdrReader in(message);
   measure_fields(rule_.sample, "", in, lengths_);

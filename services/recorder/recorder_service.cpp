@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <filesystem>
 
 #include <sys/stat.h>
 
@@ -58,7 +59,7 @@ std::string SavingEvents::take() {
     stopped_ = !stopped_;
     if (stopped_) event = "a person ordered a stop";
   }
-  if (SaveSignal::take()) event = "a person ordered it";
+  if (SaveSignal::take()) event = kOrdered;
   return event;
 }
 
@@ -69,7 +70,8 @@ RecorderService::RecorderService(const config::CellFile& file, const ServiceOpti
       participant_(make_participant(file, options, Role::kViewer, recorder_node())),
       recording_participant_(make_participant(file, options, Role::kViewer, recorder_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(Recorder::kPeriod, file.supervision.heartbeat_period), shutdown),
-      events_(participant_) {
+      events_(participant_),
+      orders_(participant_, record_.host) {
   if (options.heartbeat_fd >= 0) {
     const NodeIdentity identity{recorder_node(), msg::NodeKind::NODE_OTHER, "", record_.host};
     heartbeat_.emplace(participant_, identity, heartbeat_timing(file, options));
@@ -79,8 +81,11 @@ RecorderService::RecorderService(const config::CellFile& file, const ServiceOpti
 void RecorderService::run() {
   while (loop_.next()) {
     if (!recorder_) begin(loop_.now());
-    const std::string event = events_.take();
+    std::string event = events_.take();
+    const bool ordered = orders_.take();
+    if (ordered) event = kOrdered;
     if (recorder_) record(event);
+    if (ordered) orders_.reply(recorder_ ? newest_file() : "", refusal_.value_or(""));
     if (heartbeat_ && heartbeat_->due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
   }
   if (!recorder_) return;
@@ -98,6 +103,7 @@ void RecorderService::begin(bus::Clock::time_point now) {
   options.path = row_path(record_.folder, file_.cell.name);
   options.keep = record_.keep;
   options.most_bytes = record_.limit;
+  options.ros2 = record_.ros2;
   try {
     make_folder(record_.folder);
     options.former = former_files(options.path, file_.cell.name);
@@ -120,6 +126,10 @@ void RecorderService::record(const std::string& event) {
     recorder_.reset();
     fail(error.what());
   }
+}
+
+std::string RecorderService::newest_file() const {
+  return std::filesystem::absolute(recorder_->recording().files().back()).lexically_normal().string();
 }
 
 void RecorderService::fail(const std::string& reason) {

@@ -1,6 +1,6 @@
 #pragma once
 /// The service hecaton-recorder: keeps a recording of the last minutes of a cell. It saves what was before and after a
-/// fault, a stop or the order of SaveSignal.
+/// fault, a stop or the order of a person.
 
 #include <cstdint>
 #include <memory>
@@ -13,6 +13,7 @@
 #include "services/bus/participant.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/recorder/recorder.hpp"
+#include "services/recorder/save_orders.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/heartbeat_publisher.hpp"
 #include "services/runtime/options.hpp"
@@ -22,7 +23,7 @@
 namespace hecaton::services::recorder {
 
 /// Events of a cell after which its recording is saved: faults of severity error and above, and stops that people
-/// order; and orders of SaveSignal.
+/// order; and SaveSignal.
 class SavingEvents {
  public:
   /// `participant` must outlive it, and be none of RawReaders.
@@ -52,6 +53,7 @@ class RecorderService {
   void begin(bus::Clock::time_point now);
   /// `event`: after which the recording is saved; empty: none.
   void record(const std::string& event);
+  [[nodiscard]] std::string newest_file() const;  ///< of recorder_
   void fail(const std::string& reason);
   void publish_heartbeat();
 
@@ -63,6 +65,7 @@ class RecorderService {
   PeriodicLoop loop_;
   std::optional<HeartbeatPublisher> heartbeat_;  ///< of a service of an agent
   SavingEvents events_;
+  SaveOrders orders_;
   std::unique_ptr<Recorder> recorder_;  ///< null: the disk refuses
   std::optional<std::string> refusal_;  ///< why
   bus::Clock::time_point begin_at_{};

@@ -6,6 +6,9 @@
 
 namespace hecaton::services::recorder {
 
+/// Why a recording is saved, for people.
+inline constexpr const char* kOrdered = "a person ordered it";
+
 /// Only one may exist at a time. Create it before any thread starts: before, the signal ends the process.
 class SaveSignal {
  public:

@@ -132,16 +132,19 @@ void say_inputs(const CellState& cell, const std::string& arm, bus::Clock::time_
     std::string sentence = planner + " is " + text(health.state());
     if (!is_none(health.cause())) sentence += " (" + health.cause().text() + ")";
     if (!health.oldest_input().empty()) {
-      sentence +=
-          "; its oldest input is " + health.oldest_input() + ", " + milliseconds_text(health.oldest_input_age());
+      const double age = health.oldest_input_age();
+      sentence += "; its oldest input is " + health.oldest_input() + ", " +
+                  (age < 0.0 ? "which it has never received" : milliseconds_text(age));
     }
     sentences.push_back(sentence + ", as it said " + age_of(heartbeat->age(now)) + " before.");
   } else {
     sentences.push_back("No heartbeat of " + planner + " was received yet.");
   }
   if (const auto* state = cell.state(arm)) {
-    sentences.push_back("The driver of " + arm + " has accepted its last command " +
-                        milliseconds_text(state->value.command_age()) + " before its last state.");
+    sentences.push_back(state->value.command_sequence_number() == 0
+                            ? "The driver of " + arm + " has not accepted a command yet."
+                            : "The driver of " + arm + " has accepted its last command " +
+                                  milliseconds_text(state->value.command_age()) + " before its last state.");
   }
 }
 

@@ -158,6 +158,7 @@ void MessageFeeder::apply(ByteSpan data, bus::Clock::time_point received, const 
   bus::DecodedSample<T> decoded = bus::decode_recorded<T>(data);
   if (!decoded.value) {
     ++(decoded.other_schema ? undecoded_.of_other_schema : undecoded_.broken);
+    if (undecoded_.of_other_schema == 1 && decoded.other_schema) undecoded_.schema = bus::schema_in(data);
     return;
   }
   bus::Sample<T> sample{std::move(*decoded.value), {}, received, writer};

@@ -34,6 +34,7 @@ namespace hecaton::services::replay {
 /// What could not be decoded.
 struct UndecodedMessages {
   std::uint64_t of_other_schema = 0;  ///< recorded by another version of Hecaton
+  std::uint32_t schema = 0;           ///< version of the first of these
   std::uint64_t broken = 0;           ///< that break a rule of the wire
 };
 

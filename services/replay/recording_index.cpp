@@ -140,9 +140,9 @@ class Indexing {
     const UndecodedMessages& undecoded = feeder_.undecoded();
     const std::string version = std::to_string(msg::SCHEMA_VERSION);
     if (undecoded.of_other_schema > 0) {
-      throw RecordingError(paths.front() +
-                           " was recorded by another version of Hecaton: its messages do not have version " + version +
-                           "; replay it with the version that recorded it, or use `hecaton bag export`");
+      throw RecordingError(paths.front() + " was recorded by another version of Hecaton: its messages have version " +
+                           std::to_string(undecoded.schema) + ", and this program reads version " + version +
+                           "; use the Hecaton that recorded it. `hecaton bag info` works with every version");
     }
     if (undecoded.broken > 0) {
       index_.notes.push_back(std::to_string(undecoded.broken) +

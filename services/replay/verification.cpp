@@ -30,6 +30,13 @@ constexpr const char* kGap = "ticks before them are missing in the recording";
 constexpr const char* kBroken = "a tick cannot be read";
 constexpr const char* kOtherPlanner = "the memory of the planner cannot be loaded by this program";
 
+/// Why the memory in a snapshot of `program` cannot be used.
+std::string other_memory(const std::string& program) {
+  return "the memory of the planner has layout " + std::to_string(planner_memory_of(program)) + ", of program " +
+         program + ", and this program, " + program_text() + ", continues from layout " +
+         std::to_string(kPlannerMemory) + " only; verify with the Hecaton that recorded it";
+}
+
 bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -118,17 +125,20 @@ class Stream {
   }
 
  private:
-  void lose(const char* reason) {
+  void lose(std::string reason) {
     planner_.reset();
-    reason_ = reason;
+    reason_ = std::move(reason);
   }
   void skip(ArmVerification& report) const { ++report.unverified[reason_]; }
 
   /// The planner continues from the recorded memory. One that was recomputed up to here must have the same.
   bool begin(const msg::PlannerTick& tick, double time, ArmVerification& report) {
-    std::unique_ptr<planner::ArmPlanner> planner = reader_.planner(tick);
+    const bool other = planner_memory_of(tick.program()) != kPlannerMemory;
+    // A planner that has just been built has no memory, but options.
+    std::unique_ptr<planner::ArmPlanner> planner;
+    if (!other || tick.memory().empty()) planner = reader_.planner(tick);
     if (!planner) {
-      lose(kOtherPlanner);
+      lose(other ? other_memory(tick.program()) : kOtherPlanner);
       return false;
     }
     if (planner_ && !tick.memory().empty()) {
@@ -178,7 +188,7 @@ class Stream {
   TickReader reader_;
   std::unique_ptr<planner::ArmPlanner> planner_;  ///< null: its memory is not known
   std::optional<std::uint64_t> last_;             ///< number of the last message
-  const char* reason_ = kNoSnapshot;              ///< why the memory is not known
+  std::string reason_ = kNoSnapshot;              ///< why the memory is not known
 };
 
 class Verifier {
@@ -210,8 +220,12 @@ class Verifier {
 
   Verification finish() {
     if (undecoded_ > 0) {
-      note(std::to_string(undecoded_) + " ticks break a rule of the wire, or have another schema version than " +
-           std::to_string(msg::SCHEMA_VERSION) + ": they are not verified");
+      note(std::to_string(undecoded_) + " ticks break a rule of the wire: they are not verified");
+    }
+    if (of_other_schema_ > 0) {
+      note(std::to_string(of_other_schema_) + " ticks have version " + std::to_string(schema_) +
+           " of the messages, and this program reads version " + std::to_string(msg::SCHEMA_VERSION) +
+           ": they are not verified; verify with the Hecaton that recorded them");
     }
     Verification result;
     result.notes = std::move(result_.notes);
@@ -232,7 +246,8 @@ class Verifier {
   void take_tick(const McapMessage& message) {
     const bus::DecodedSample<msg::PlannerTick> decoded = bus::decode_recorded<msg::PlannerTick>(message.data);
     if (!decoded.value) {
-      ++undecoded_;
+      ++(decoded.other_schema ? of_other_schema_ : undecoded_);
+      if (decoded.other_schema) schema_ = bus::schema_in(message.data);
       return;
     }
     const msg::PlannerTick& tick = *decoded.value;
@@ -301,6 +316,8 @@ class Verifier {
   std::vector<CommandComparison> commands_;
   std::optional<std::uint64_t> began_;
   std::uint64_t undecoded_ = 0;
+  std::uint64_t of_other_schema_ = 0;  ///< ticks
+  std::uint32_t schema_ = 0;           ///< of these
 };
 
 /// Makes the changes of a simulation. False: it is the recording of a live cell.

@@ -33,7 +33,7 @@ struct HealthReport {
   ArmLease lease;                     ///< of a planner: the newest lease that it knows for its arm
   msg::ModeNumber acknowledged_mode;  ///< of a supervisor: the newest cell mode of another supervisor
   std::uint64_t newest_event = 0;     ///< of an agent: number of the last ProcessEvent that it has published
-  double oldest_input_age = 0.0;      ///< [s]
+  double oldest_input_age = 0.0;      ///< [s]; negative: never received
   std::string oldest_input;           ///< its topic/key
 };
 

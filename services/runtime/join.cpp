@@ -47,7 +47,8 @@ std::map<std::string, int> placed(const config::CellFile& file) {
   ++count[file.supervision.host];
   if (!file.supervision.standby_host.empty()) ++count[file.supervision.standby_host];
   if (file.view) ++count[file.view->host];
-  if (file.ros2) count[file.ros2->host] += 2;  // its own participant and its client
+  if (file.record) count[file.record->host] += 2;  // one for raw samples, one for all else
+  if (file.ros2) count[file.ros2->host] += 2;      // its own participant and its client
   for (const config::ArmHosts& arm : file.arm_hosts) {
     count[arm.host] += 2;  // driver and planner
     if (!arm.standby_host.empty()) ++count[arm.standby_host];

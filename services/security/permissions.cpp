@@ -15,7 +15,7 @@ using Time = std::chrono::system_clock::time_point;
 /// The words of the table of topics that mean this role.
 std::vector<std::string_view> words_of(Role role) {
   if (role == Role::kOperator) return {"all", "cli", "clients", "perception"};
-  if (role == Role::kViewer) return {"all"};
+  if (role == Role::kViewer) return {"all", "recorder"};  // a recorder answers orders to save
   return {"all", role_name(role)};
 }
 

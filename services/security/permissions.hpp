@@ -10,7 +10,8 @@
 
 namespace hecaton::services {
 
-/// What a participant may do. An operator gives goals and orders and edits obstacles. A viewer only reads.
+/// What a participant may do. An operator gives goals and orders and edits obstacles. A viewer only reads; as
+/// a recorder it also replies to orders to save.
 enum class Role { kAgent, kSupervisor, kWorld, kDriver, kPlanner, kOperator, kViewer };
 inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWorld, Role::kDriver,
                                    Role::kPlanner, Role::kOperator,   Role::kViewer};

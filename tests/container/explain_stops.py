@@ -3,8 +3,9 @@
 usage: explain_stops.py --programs DIR --cell FILE [--stops 50] [--seed 1] [--only CAUSE …] [--timeout-scale 1] [--record FILE.mcap]
 
 The cell is that of three_hosts.yaml, without its obstacles, on hosts that are network namespaces. The time of each stop is that of its
-injection or of its fault; the reason that the cell shows then is not looked at. Exit codes: 0 all are right; 1 some are not, or the
-run failed; 77 this machine has no hosts."""
+injection or of its fault; the reason that the cell shows then is not looked at. A stop that the cell does not come to, as on a busy
+machine, is caused again. Ctrl-C and a failure end the run with the verdict on the stops so far. Exit codes: 0 all are right; 1 some are
+not, or the run failed; 77 this machine has no hosts."""
 import argparse
 import collections
 import json
@@ -20,15 +21,20 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "chaos"))
 import cell_copy  # noqa: E402
 import cell_document  # noqa: E402
+import ending  # noqa: E402
 import namespaces  # noqa: E402
 from hosts import CannotRun  # noqa: E402
-from live_cell import TIMEOUT, LiveCell, unix_ms  # noqa: E402
+from live_cell import TIMEOUT, LiveCell, runs, unix_ms  # noqa: E402
 
 SKIPPED = 77
 TIME_OUT = 4  # exit code of hecaton
 EDITS = 10  # largest number of tries
+TRIES = 3  # of each stop
+FAILURES = (AssertionError, LookupError, TypeError, OSError, RuntimeError, subprocess.SubprocessError)  # of a try: a cell that lacks
+# a state, a process that ended
 CENTRE = ("0", "0", "0.75")  # [m] within reach of all arms
 STANDS = 1e-3  # [rad/s] of the fastest joint
+NEARER = 0.01  # [rad] between joint positions
 CAUSE = re.compile(r"\[(\w+)(?:, ([^\]]*))?\]\.$")
 BINDING = re.compile(r" and (\S+) bound its motion")
 
@@ -38,6 +44,7 @@ class Stop:
 
     def __init__(self, cell, arm, other):
         self.cell, self.arm, self.other = cell, arm, other
+        self.host = self.pid = None  # of what began
 
     def begin(self):
         raise NotImplementedError
@@ -131,7 +138,12 @@ class DriverHangs(OfNode):
         return unix_ms()
 
     def end(self):
-        self.cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
+        if self.pid is None:
+            return
+        try:
+            self.cell.hosts.signal(self.host, self.pid, signal.SIGCONT)
+        except ProcessLookupError:
+            pass  # its agent has killed it for its silence
 
 
 class PlannerHangs(DriverHangs):
@@ -154,7 +166,8 @@ class HostLost(Stop):
         return unix_ms()
 
     def end(self):
-        self.cell.hosts.connect(self.host)
+        if self.host is not None:
+            self.cell.hosts.connect(self.host)
 
     def causes(self):
         return [("held_by_fault", self.host), ("host_lost", self.host)]
@@ -174,7 +187,14 @@ class Observed(Stop):
         return [("observed", self.arm)]
 
 
-class Unreachable(Stop):
+class OfGoal(Stop):
+    """The end of its goal is why it stands: nothing else may hold it, as a machine that stands still does."""
+
+    def at(self):
+        return self.cell.wait_until_it_stands(self.arm, lambda status: runs(status) and self.cell.entry(status, self.arm)["state"]["mode"] == "running")
+
+
+class Unreachable(OfGoal):
     goal, kind = ("--position", "5", "0", "0.5"), "goal_unreachable"
 
     def begin(self):
@@ -199,7 +219,7 @@ class InCollision(Unreachable):
         self.cell.edit("remove", "ball")
 
 
-class TimeLimit(Stop):
+class TimeLimit(OfGoal):
     def begin(self):
         self.cell.ask("goal", self.arm, "--position", *CENTRE, "--time-limit", "300ms")
         self.cell.wait_for("the time limit", lambda status: self.cell.entry(status, self.arm)["goal"]["state"] == "timed_out")
@@ -208,7 +228,7 @@ class TimeLimit(Stop):
         return [("time_limit", "")]
 
 
-class NoGoal(Stop):
+class NoGoal(OfGoal):
     def begin(self):
         self.cell.reach(self.arm, "ready")
 
@@ -219,10 +239,23 @@ class NoGoal(Stop):
 class InTheWay(Stop):
     """A body keeps the arm from its goal. The arm may go on to search a way."""
 
-    LATE = 8.0  # [s] after which the goal would have been reached for long
+    REST = 24  # statuses: six seconds
 
     def at(self):
-        self.cell.wait_for(f"arm {self.arm} is late", lambda status: self.cell.entry(status, self.arm)["goal"]["elapsed_s"] > self.LATE)
+        """The goal goes on, and the arm has come no nearer to it for a while."""
+        nearest, since = float("inf"), 0
+        last = None
+
+        def late(status):
+            nonlocal nearest, since, last
+            if status is last:
+                return False
+            last = status
+            goal = self.cell.entry(status, self.arm)["goal"]
+            away = goal["distance_to_goal"]
+            nearest, since = (away, 0) if away < nearest - NEARER else (nearest, since + 1)
+            return since > self.REST
+        self.cell.wait_for(f"arm {self.arm} comes no nearer", late)
         return unix_ms()
 
 
@@ -280,6 +313,13 @@ class Cell(LiveCell):
         if edited.returncode != 0:
             raise AssertionError(f"hecaton obstacle {' '.join(words)}: exit code {edited.returncode}: {said}")
 
+    def recover(self):
+        """After a failed try: no order and no obstacle of it remains. What is not there is refused, which is fine."""
+        orders = [("resume",), *(("resume", arm["name"]) for arm in self.plan()["arms"]), ("obstacle", "remove", "ball")]
+        orders += [("device", arm["name"], "command") for arm in self.plan()["arms"]]
+        for words in orders:
+            self._ask(*words, stderr=subprocess.STDOUT).communicate()
+
     def entry(self, status, arm):
         return next(entry for entry in status["arms"] if entry["name"] == arm)
 
@@ -302,14 +342,14 @@ class Cell(LiveCell):
         if asked.returncode != 1:
             raise AssertionError(f"goal {goal} was not refused: {said}")
 
-    def wait_until_it_stands(self, arm):
-        """Its joints rest in four statuses one after the other: for a second."""
+    def wait_until_it_stands(self, arm, healthy=lambda status: True):
+        """Its joints rest, in a healthy cell, in four statuses one after the other: for a second."""
         rests = []
 
         def stands(status):
             fastest = max(map(abs, self.entry(status, arm)["state"]["qd"]))
             if not rests or rests[-1][0] is not status:
-                rests.append((status, fastest < STANDS))
+                rests.append((status, fastest < STANDS and healthy(status)))
             return len(rests) > 4 and all(rest for _, rest in rests[-4:])
         self.wait_for(f"arm {arm} stands", stands)
         return unix_ms()
@@ -348,7 +388,8 @@ def explained(hecaton, recording, arm, at):
     sentences = json.loads(done.stdout)["sentences"]
     about = [sentence for sentence in sentences if sentence.startswith((f"{arm} waits for", "Goal "))]
     causes = [(found[1], found[2] or "") for found in map(CAUSE.search, about) if found]
-    return sentences, causes + [("path_blocked", found[1]) for found in map(BINDING.search, sentences) if found]
+    bodies = [found[1] for found in map(BINDING.search, sentences) if found]  # at that time, then the one that bound it the longest
+    return sentences, causes + [("path_blocked", body) for body in bodies[-1:]]
 
 
 def judge(stop, causes):
@@ -358,22 +399,31 @@ def judge(stop, causes):
     return any(kind == right and subject.startswith(of) for kind, subject in first for right, of in wanted)
 
 
-def run(cell, options, arms):
-    """Returns the stops that could be caused, with their names and times."""
-    stops = []
+def cause(cell, name, arm, other):
+    """Causes one stop, and ends its cause; returns the stop with its time."""
+    stop = CAUSES[name](cell, arm, other)
+    cell.wait_until_it_runs()
+    cell.reach(arm, "home")
+    try:
+        stop.begin()
+        at = stop.at()
+        cell.wait_for_status()
+    finally:
+        stop.end()  # also after a failure: a cause that stays would spoil all later stops
+    return name, stop, at
+
+
+def run(cell, options, arms, stops):
+    """Appends the stops that could be caused, with their names and times."""
     for number, (name, arm, other) in enumerate(drawn(random.Random(options.seed), arms, options), 1):
-        stop = CAUSES[name](cell, arm, other)
         print(f"{number} of {options.stops}: {name}, {arm}", file=sys.stderr, flush=True)
-        try:
-            cell.wait_until_it_runs()
-            cell.reach(arm, "home")
-            stop.begin()
-            stops.append((name, stop, stop.at()))
-            cell.wait_for_status()
-            stop.end()
-        except AssertionError as error:
-            print(f"NOT TESTED: {name}, {arm}: {error}", flush=True)
-    return stops
+        for attempt in range(1, TRIES + 1):
+            try:
+                stops.append(cause(cell, name, arm, other))
+                break
+            except FAILURES as error:
+                print(f"{'NOT TESTED' if attempt == TRIES else 'again'}: {name}, {arm}: {error!r:.2000}", flush=True)
+                cell.recover()
 
 
 def report(stops, hecaton, recording):
@@ -394,10 +444,15 @@ def report(stops, hecaton, recording):
     return of - right
 
 
+def interrupt(_number):
+    raise KeyboardInterrupt
+
+
 def main():
     options = parse()
     try:
         namespaces.enter()
+        ending.Ending(interrupt)
         hosts = namespaces.Namespaces(options.programs.resolve() / "hecaton")
     except CannotRun as reason:
         print(f"skipped: {reason}", file=sys.stderr)
@@ -414,11 +469,15 @@ def main():
     cell = Cell(hosts, hecaton, cell_file, folder)
     print(f"logs and recording are in {folder}", file=sys.stderr)
     began = time.monotonic()
+    stops = []
     try:
         cell.start()
         cell.wait_until_it_runs()
         cell.record(recording)
-        stops = run(cell, options, [arm["name"] for arm in cell.plan()["arms"]])
+        try:
+            run(cell, options, [arm["name"] for arm in cell.plan()["arms"]], stops)
+        except KeyboardInterrupt:
+            print("ended before all stops", flush=True)
         said = cell.end_recording()
     finally:
         cell.stop()

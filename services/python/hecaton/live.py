@@ -13,7 +13,7 @@ from typing import Any, AsyncIterator, Callable, Generator, Iterable, Iterator, 
 from . import _arguments, _hecaton
 from ._arguments import Motion, Numbers, Rows, Shape, Target, limit
 from ._events import Events
-from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt, ToolState
+from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt, SavedRecording, ToolState
 from .errors import GoalFailed, InvalidArgument, Rejected, WaitTimeout
 
 __all__ = ["Cell", "Arm", "Goal", "Signals", "Tool", "World", "connect", "ANSWER_LIMIT", "GRIPPER_LIMIT"]
@@ -409,6 +409,10 @@ class Cell:
         lasts until the next order.
         """
         return self._link.session.set_speed(_arguments.number("speed", speed), _names(arms), limit("timeout", timeout))
+
+    def save_recordings(self, *, timeout: float | None = ANSWER_LIMIT) -> list[SavedRecording]:
+        """Orders all recorders of the cell to save what they keep, and the time after it that their `after_fault` says."""
+        return self._link.session.save_recordings(limit("timeout", timeout))
 
     def faults(self) -> list[Fault]:
         """Faults received so far. The first call subscribes to faults; status() updates them. Does not wait."""

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -13,7 +14,7 @@ import unittest
 import numpy as np
 
 import hecaton
-from live_cell import LiveCell, gripper_cell
+from live_cell import BIN, LiveCell, gripper_cell
 
 LONG = 120  # of a goal on a slow machine [s]
 
@@ -275,6 +276,20 @@ class Goals(LiveCell):
             with self.assertRaises(hecaton.InvalidArgument):
                 self.cell.set_speed(bad)
         self.assertEqual(self.cell.status().speed, 0.5)
+
+    def test_save_recordings_orders_the_recorders(self):
+        with self.assertRaises(hecaton.Unreachable):
+            self.cell.save_recordings(timeout=0.2)
+        with tempfile.TemporaryDirectory() as folder, subprocess.Popen(
+                [BIN / "hecaton", "record", self.file, "-o", f"{folder}/run.mcap", "--keep", "10s", "--domain",
+                 str(self.domain.number)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as recorder:
+            self.assertIn("recording cell", recorder.stderr.readline())
+            saved = self.cell.save_recordings(timeout=LONG)
+            recorder.send_signal(signal.SIGINT)
+            recorder.communicate()
+        self.assertEqual(len(saved), 1)
+        self.assertTrue(saved[0].file.endswith("run-0001.mcap"), saved[0].file)
+        self.assertTrue(saved[0].host)
 
     def test_empty_selection_is_no_order_for_the_whole_cell(self):
         with self.assertRaises(hecaton.InvalidArgument):

@@ -16,6 +16,7 @@
 #include "services/recorder/bag.hpp"
 #include "services/recorder/cdr_columns.hpp"
 #include "services/runtime/join.hpp"
+#include "services/runtime/process_info.hpp"
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/needed_files.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -288,6 +289,12 @@ TEST_F(RecordedCell, SavesItsLastFilesByOrderAndAfterAStop) {
   ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
   recorder->signal(SIGUSR1);
   ASSERT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered it")) << recorder->err();
+  const Ran ordered = run({"record", kThreePuma, "--save", "--output", "json"});
+  ASSERT_EQ(ordered.code, 0) << ordered.err;
+  const Json replies = Json::parse(ordered.out);
+  ASSERT_EQ(replies.size(), 1U) << replies;
+  EXPECT_EQ(replies[0].at("host"), services::machine_name());
+  EXPECT_TRUE(std::filesystem::exists(replies[0].at("file").get<std::string>())) << replies;
   EXPECT_EQ(run({"stop"}).code, 0);
   ASSERT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered a stop")) << recorder->err();
   recorder->signal(SIGINT);
@@ -295,7 +302,7 @@ TEST_F(RecordedCell, SavesItsLastFilesByOrderAndAfterAStop) {
   EXPECT_EQ(run({"resume"}).code, 0);
   // No agent of this cell runs a recorder.
   const Ran none = run({"record", kThreePuma, "--save"});
-  EXPECT_EQ(none.code, 1);
+  EXPECT_EQ(none.code, 5);
   EXPECT_NE(none.err.find("the key record"), std::string::npos) << none.err;
 }
 
@@ -306,7 +313,7 @@ class CellWithRecorder : public LiveCell {
     std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder_.path("urdf"));
     std::ifstream file(kThreePuma);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
-    folder_.write("cell.yaml", text + "\nrecord: {folder: recordings, keep: 10s, after_fault: 2s}\n");
+    folder_.write("cell.yaml", text + "\nrecord: {folder: recordings, keep: 10s, after_fault: 2s, ros2: true}\n");
     folder_.write("recordings", "in the way");
   }
   [[nodiscard]] std::string cell_file() const override { return folder_.path("cell.yaml"); }
@@ -328,19 +335,33 @@ class CellWithRecorder : public LiveCell {
 
 TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
   EXPECT_TRUE(await_fault(true));
+  const Ran refused = run({"record", cell_file(), "--save"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find("the cell is not recorded: "), std::string::npos) << refused.err;
   EXPECT_EQ(run({"goal", "north", "--named", "ready", "--wait"}).code, 0) << "the fault holds no arm";
   std::filesystem::remove(folder_.path("recordings"));
   EXPECT_TRUE(await_fault(false));
 
   const Ran saved = run({"record", cell_file(), "--save", "--output", "json"});
   ASSERT_EQ(saved.code, 0) << saved.err;
-  EXPECT_EQ(Json::parse(saved.out).at("pid"), processes().at("recorder"));
+  const Json replies = Json::parse(saved.out);
+  ASSERT_EQ(replies.size(), 1U) << replies;
+  EXPECT_EQ(replies[0].at("host"), "localhost");
+  const std::string newest = replies[0].at("file");
+  EXPECT_TRUE(std::filesystem::exists(newest)) << newest;
   ASSERT_EQ(kill(processes().at("driver/west"), SIGKILL), 0);
   EXPECT_EQ(run({"goal", "north", "--named", "home", "--wait"}).code, 0);
   up_->signal(SIGINT);
   EXPECT_EQ(up_->wait(), 0) << up_->err();
   up_.reset();
 
+  // `ros2: true`: for programs that know no message of the cell.
+  const BagInfo with_ros2 = bag_info(newest);
+  for (const char* topic : {"/joint_states", "/tf", "/robot_description"}) {
+    const auto found = with_ros2.topics.find(topic);
+    ASSERT_NE(found, with_ros2.topics.end()) << topic;
+    EXPECT_GT(found->second.messages, 0U) << topic;
+  }
   std::uint64_t faults = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path("recordings"))) {
     const BagInfo info = bag_info(entry.path());

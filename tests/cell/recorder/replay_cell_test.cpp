@@ -349,6 +349,7 @@ TEST(Render, SaysWhatItNeeds) {
   refused({cell}, 2, "--file");
   refused({cell, "-o", "cell.gif"}, 3, "must end in .png for a picture or in .webm for a film");
   refused({cell, "-o", "cell.webm"}, 3, "record the cell, and render the recording");
+  refused({cell, "-o", folder.path("none/cell.png")}, 3, "none/cell.png' cannot be written: No such file or directory");
   refused({cell, "-o", "cell.png", "--at", "1"}, 3, "record the cell");
   refused({cell, cell, "-o", "cell.png"}, 3, "one cell file");
   refused({cell, "-o", "cell.png", "--layers", "ghosts"}, 2, "ghosts");

@@ -7,6 +7,7 @@
 #include <idl/arm.h>
 #include <idl/goal.h>
 #include <idl/health.h>
+#include <idl/recorder.h>
 
 #include "services/bus/endpoint.hpp"
 #include "services/security/keystore.hpp"
@@ -102,11 +103,24 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   EXPECT_EQ(fault.at("severity"), "warning");
   EXPECT_EQ(fault.at("subject"), "localhost");
 
-  // A viewer gives no goals, an operator no commands.
+  // A viewer gives no goals and no orders to recorders, an operator no commands.
   EXPECT_THROW(bus::Writer<msg::Goal> goals(viewer), std::runtime_error);
+  EXPECT_THROW(bus::Writer<msg::RecorderRequest> orders(viewer), std::runtime_error);
   bus::Participant operator_ = participant("operator", Role::kOperator);
   EXPECT_THROW(bus::Writer<msg::ArmCommand> forged(operator_), std::runtime_error);
   EXPECT_NO_THROW(bus::Writer<msg::Goal> goals(operator_));
+}
+
+TEST_F(SecuredCell, SavesARecordingByOrderOfAnOperator) {
+  Process recorder({std::string(HECATON_BIN_DIR) + "/hecaton", "record", cell_file(), "--domain", domain(), "--keep",
+                    "10s", "-o", folder_.path("run.mcap")});
+  ASSERT_TRUE(recorder.wait_for_message("recording cell")) << recorder.err();
+  const Ran saved = run_with(cell_file(), {"record", "--save"});
+  EXPECT_EQ(saved.code, 0) << saved.err;
+  EXPECT_NE(saved.out.find("run-0001.mcap"), std::string::npos) << saved.out;
+  EXPECT_TRUE(recorder.wait_for_message("saved what is kept: a person ordered it")) << recorder.err();
+  recorder.signal(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << recorder.err();
 }
 
 TEST_F(SecuredCell, TakesOrdersOfAPageThroughTheIdentityOfAnOperator) {

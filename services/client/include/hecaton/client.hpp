@@ -207,6 +207,12 @@ struct Receipt {
   Cause warning;  ///< set when the process that carried it out cannot save it, and would lose it by a restart
 };
 
+/// What a recorder has saved.
+struct SavedRecording {
+  std::string host;  ///< of the recorder: its name in the cell file, else that of the machine
+  std::string file;  ///< the newest one, on that host
+};
+
 /// The obstacles of a cell. The world service makes the edits; no supervisor is needed. An edit returns when it is
 /// made. Edits throw Rejected for obstacles that a cell file may not have (name, size, contact with an arm),
 /// Unreachable, NoAnswer and Interrupted.
@@ -286,6 +292,11 @@ class HECATON_API Cell {
   Receipt set_speed(double speed, const Wait& wait = kAnswerLimit) const;
   /// The same for some arms; an empty list: the override of the whole cell.
   Receipt set_speed(double speed, const std::vector<std::string>& arms, const Wait& wait = kAnswerLimit) const;
+
+  /// Orders all recorders of the cell to save the last part that they keep, and the time after it that their
+  /// `after_fault` says. No supervisor is needed. Throws Rejected when one cannot, such as without a disk; Unreachable
+  /// when no recorder replies; Interrupted.
+  std::vector<SavedRecording> save_recordings(const Wait& wait = kAnswerLimit) const;
 
   /// Faults that this connection has received. The first call subscribes to faults; status() updates them. Does not
   /// wait.

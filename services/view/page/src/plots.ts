@@ -58,7 +58,7 @@ export class Plots {
       this.plot("oldest input [ms]", lines, (status) =>
         extreme(status.arms.map((arm) => {
           const node = status.nodes.find((candidate) => candidate.name === arm.planner);
-          return node ? node.input_age * 1000 : null;
+          return node && node.input_age >= 0 ? node.input_age * 1000 : null;
         }), Math.max)),
     ];
     this.resize();

@@ -153,7 +153,7 @@ export interface NodeStatus {
   tick: [number, number]; // p50, p99 [µs]
   late: number; // of its timer, at most [µs]
   input: string; // its oldest
-  input_age: number; // [s]
+  input_age: number; // [s]; negative: never received
   memory: number; // [byte]
 }
 

@@ -18,7 +18,7 @@ TEST(Topics, HaveUniqueNames) {
     EXPECT_FALSE(topic.writers.empty()) << topic.name;
     EXPECT_FALSE(topic.readers.empty()) << topic.name;
   }
-  EXPECT_EQ(names.size(), 26U);
+  EXPECT_EQ(names.size(), 28U);
 }
 
 // These tests repeat the design, so that a change of the table is deliberate.
@@ -50,6 +50,7 @@ TEST(Topics, AreTransientLocalWhereLateJoinersNeedThem) {
 TEST(Topics, DoNotReplayRequestsToLateServices) {
   EXPECT_FALSE(Topic<msg::WorldEditRequest>::kInfo.qos.transient_local);
   EXPECT_FALSE(Topic<msg::SupervisorRequest>::kInfo.qos.transient_local);
+  EXPECT_FALSE(Topic<msg::RecorderRequest>::kInfo.qos.transient_local);
 }
 
 TEST(Topics, HaveRoomForManyKeys) {

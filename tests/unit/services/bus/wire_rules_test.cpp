@@ -192,7 +192,8 @@ TEST(WireRules, AgreeWithTheGeneratedSerialisationOfEachTopic) {
 /// Names of the fields of each structure in idl/, in their order.
 std::map<std::string, std::vector<std::string>> idl_fields() {
   std::map<std::string, std::vector<std::string>> all;
-  for (const char* file : {"common", "cause", "arm", "device", "goal", "health", "world", "planner", "supervisor"}) {
+  for (const char* file :
+       {"common", "cause", "arm", "device", "goal", "health", "world", "planner", "recorder", "supervisor"}) {
     std::ifstream in(std::string(HECATON_SOURCE_DIR) + "/idl/" + file + ".idl");
     const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     const std::regex structure(R"(struct (\w+) \{([^}]*)\})");

@@ -14,6 +14,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -31,7 +32,9 @@ using test::TemporaryFolder;
 
 std::string content_of(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  std::string content(std::filesystem::file_size(path), '\0');
+  stream.read(content.data(), static_cast<std::streamsize>(content.size()));
+  return content;
 }
 
 std::string variable(const char* name, const std::string& otherwise) {
@@ -82,35 +85,42 @@ bool is_part(const std::vector<T>& some, const std::vector<T>& all) {
   return true;
 }
 
-/// The rows of a CSV file as "column=value" of all cells that are not empty. A cell in quotes may have commas.
-std::vector<std::string> rows_of(const std::string& path) {
-  std::vector<std::vector<std::string>> lines(1, {""});
+/// A digest of each row of a CSV file: of "column=value" of all its cells that are not empty. A cell in quotes may have
+/// commas and line ends.
+std::vector<std::size_t> rows_of(const std::string& path) {
+  const std::string text = content_of(path);
+  std::vector<std::string_view> columns;
+  std::vector<std::size_t> rows;
+  std::string row;
+  std::size_t column = 0;
   bool quoted = false;
-  for (const char c : content_of(path)) {
+  bool titles = true;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
     if (c == '"') quoted = !quoted;
-    if (c == ',' && !quoted) {
-      lines.back().emplace_back();
-    } else if (c == '\n' && !quoted) {
-      lines.push_back({""});
-    } else {
-      lines.back().back() += c;
+    if (quoted || (c != ',' && c != '\n')) continue;
+    const std::size_t end = c == '\n' && i > begin && text[i - 1] == '\r' ? i - 1 : i;
+    const std::string_view cell = std::string_view(text).substr(begin, end - begin);
+    begin = i + 1;
+    if (titles) {
+      columns.push_back(cell);
+    } else if (!cell.empty()) {
+      row.append(columns.at(column)).append("=").append(cell).append(";");
     }
-  }
-  lines.pop_back();
-  std::vector<std::string> rows;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    std::string row;
-    for (std::size_t k = 0; k < lines[i].size(); ++k) {
-      if (!lines[i][k].empty()) row += lines[0].at(k) + "=" + lines[i][k] + ";";
-    }
-    rows.push_back(std::move(row));
+    ++column;
+    if (c == ',') continue;
+    if (!titles) rows.push_back(std::hash<std::string>()(row));
+    titles = false;
+    row.clear();
+    column = 0;
   }
   return rows;
 }
 
 /// By file.
-std::map<std::string, std::vector<std::string>> tables_of(const std::string& folder) {
-  std::map<std::string, std::vector<std::string>> tables;
+std::map<std::string, std::vector<std::size_t>> tables_of(const std::string& folder) {
+  std::map<std::string, std::vector<std::size_t>> tables;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     tables[entry.path().filename().string()] = rows_of(entry.path().string());
   }
@@ -200,7 +210,7 @@ class DamagedRecording : public testing::Test {
   std::string original_;
   std::string bytes_;
   std::optional<Contents> contents_;
-  std::map<std::string, std::vector<std::string>> tables_;
+  std::map<std::string, std::vector<std::size_t>> tables_;
   // Of all damages.
   int told_ = 0;
   std::uint64_t lost_ = 0;        ///< messages

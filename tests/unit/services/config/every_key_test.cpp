@@ -29,7 +29,7 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, certificate: page.pem, key: page-key.pem}
-record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB}
+record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, ros2: true}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               failover_timeout: 30000us,
@@ -167,6 +167,7 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.record->host, "beta");
   EXPECT_EQ(file_.record->after_fault, std::chrono::seconds(5));
   EXPECT_EQ(file_.record->limit, 20'000'000U);
+  EXPECT_TRUE(file_.record->ros2);
   ASSERT_TRUE(file_.view.has_value());
   EXPECT_EQ(file_.view->host, "alpha");
   EXPECT_EQ(file_.view->listen, "10.0.0.1");
@@ -557,6 +558,7 @@ TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
   EXPECT_EQ(plain->host, "localhost");
   EXPECT_EQ(plain->keep, std::chrono::minutes(10));
   EXPECT_EQ(plain->limit, 5'000'000'000U);
+  EXPECT_FALSE(plain->ros2);
   const auto all =
       parse_cell_file(text + "record: {folder: /var/bags, keep: 1min, after_fault: 0s, limit: 1.5 GB}\n", kKeyFile)
           .record;
@@ -565,8 +567,9 @@ TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
   EXPECT_EQ(all->keep, std::chrono::minutes(1));
   EXPECT_EQ(all->after_fault, std::chrono::seconds(0));
   EXPECT_EQ(all->limit, 1'500'000'000U);
-  for (const char* bad : {"{}", "{folder: bags, keep: 5s}", "{folder: bags, limit: 5}", "{folder: bags, limit: 1kB}",
-                          "{folder: bags, limit: nanGB}", "{folder: bags, host: elsewhere}"}) {
+  for (const char* bad :
+       {"{}", "{folder: bags, keep: 5s}", "{folder: bags, limit: 5}", "{folder: bags, limit: 1kB}",
+        "{folder: bags, limit: nanGB}", "{folder: bags, host: elsewhere}", "{folder: bags, ros2: maybe}"}) {
     EXPECT_THROW(static_cast<void>(parse_cell_file(text + "record: " + bad + "\n", kKeyFile)), ConfigError) << bad;
   }
 }

@@ -530,7 +530,10 @@ TEST(OtherVersion, IsNamed) {
   old.schema(msg::SCHEMA_VERSION - 1);
   tape.write(old, 0s);
   const std::string error = error_of([&] { static_cast<void>(index_recording(tape.close(), cell_file())); });
-  EXPECT_NE(error.find("was recorded by another version of Hecaton"), std::string::npos) << error;
+  EXPECT_NE(error.find("its messages have version " + std::to_string(msg::SCHEMA_VERSION - 1) +
+                       ", and this program reads version " + std::to_string(msg::SCHEMA_VERSION)),
+            std::string::npos)
+      << error;
 }
 
 TEST(Explain, SaysWhatBindsAnArm) {
@@ -568,6 +571,23 @@ TEST(Explain, SaysWhatBindsAnArm) {
         "planner/north is running; its oldest input is ArmState/west, 12 ms, as it said 7.0 ms before."}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in\n" << text;
   }
+}
+
+TEST(Explain, SaysThatAnInputWasNeverReceived) {
+  const TemporaryFolder folder;
+  Tape tape({.path = folder.path("run.mcap")});
+  msg::Heartbeat planner;
+  planner.node("planner/north");
+  planner.oldest_input("ArmState/west");
+  planner.oldest_input_age(-1.0);
+  tape.write(cell_mode(msg::Mode::MODE_RUN), 0s, 3);
+  tape.write(planner, 2ms, 4);
+  const RecordingIndex index = index_recording(tape.close(), cell_file());
+  RecordedCell cell(index);
+  cell.move_to(index.end);
+  std::string text;
+  for (const std::string& sentence : explain(cell.state(), "north", cell.now())) text += sentence + "\n";
+  EXPECT_NE(text.find("its oldest input is ArmState/west, which it has never received, as"), std::string::npos) << text;
 }
 
 TEST(Explain, NamesThePairThatBoundAnArmTheLongest) {

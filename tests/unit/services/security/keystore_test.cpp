@@ -222,6 +222,8 @@ TEST(Permissions, LetOnlyPlannersCommandAndOnlySupervisorsSetTheMode) {
     EXPECT_EQ(publishes(role, "CellMode"), role == Role::kSupervisor) << role_name(role);
     EXPECT_EQ(publishes(role, "ArmState"), role == Role::kDriver) << role_name(role);
     EXPECT_EQ(publishes(role, "DeviceRequest"), role == Role::kOperator) << role_name(role);
+    EXPECT_EQ(publishes(role, "RecorderRequest"), role == Role::kOperator) << role_name(role);
+    EXPECT_EQ(publishes(role, "RecorderReply"), role == Role::kViewer) << role_name(role);
     EXPECT_EQ(publishes(role, "ToolState"), role == Role::kDriver) << role_name(role);
     EXPECT_EQ(publishes(role, "Goal"), role == Role::kOperator) << role_name(role);
     EXPECT_EQ(publishes(role, "WorldEditRequest"), role == Role::kOperator) << role_name(role);
