@@ -60,6 +60,7 @@ struct LinkGeometry {
 };
 
 struct OutsideJoints;
+struct MassModel;
 
 /// A pair of RobotModel::self_pairs that no posture brings far apart.
 struct ClosePair {
@@ -80,6 +81,7 @@ struct RobotModel {
   bool has_followers = false;               ///< some links follow: Link::follows
   std::map<std::string, JointType> beside;  ///< actuated joints that carry no link of the chain: followers move it
   std::shared_ptr<const OutsideJoints> outside = {};  ///< joints with a range (outside_joints.hpp); null: none
+  std::shared_ptr<const MassModel> masses = {};       ///< as the URDF gives them (dynamics.hpp); null: no URDF
   JointLimits limits;  ///< from the URDF, such that followers keep theirs; acceleration from UrdfOptions
   int tool_link = 0;   ///< its frame, times X_LT, is the tool frame T
   Pose X_LT = Pose::Identity();

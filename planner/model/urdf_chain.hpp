@@ -18,6 +18,7 @@ struct TreeLink {
   double lower = 0.0;  ///< of a revolute or prismatic joint [rad | m]
   double upper = 0.0;  ///< equal to lower: the joint does not move, or follows another one without a range of its own
   double velocity = 0.0;  ///< 0 when the URDF says nothing [rad/s | m/s]
+  double effort = 0.0;    ///< the same [N m | N]
   struct Mimic {
     std::string joint;
     double multiplier = 1.0;

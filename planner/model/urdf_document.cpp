@@ -130,6 +130,39 @@ class UrdfChecker {
     note("the robot has no name; it is called " + in_quotes(stem) + ", after its file");
   }
 
+  /// The planner needs no masses: an <inertial> that is incomplete or xacro is none.
+  void read_mass(const XMLElement& link, const std::string& name) {
+    const XMLElement* inertial = link.FirstChildElement("inertial");
+    const XMLElement* mass = inertial == nullptr ? nullptr : inertial->FirstChildElement("mass");
+    const XMLElement* moments = inertial == nullptr ? nullptr : inertial->FirstChildElement("inertia");
+    const double kilograms = mass == nullptr ? 0.0 : number_of(*mass, "value").value_or(0.0);
+    if (!(kilograms > 0.0) || moments == nullptr) return;
+    const auto moment = [&](const char* attribute) { return number_of(*moments, attribute).value_or(0.0); };
+    Eigen::Matrix3d inertia;
+    inertia << moment("ixx"), moment("ixy"), moment("ixz"), moment("ixy"), moment("iyy"), moment("iyz"), moment("ixz"),
+        moment("iyz"), moment("izz");
+    world::Pose X_LI = world::Pose::Identity();
+    if (const XMLElement* origin = inertial->FirstChildElement("origin")) {
+      if (xacro_in(*origin)) return;
+      X_LI.translation() = triple_of(origin, "xyz", name);
+      X_LI.linear() = rotation_of(triple_of(origin, "rpy", name));
+    }
+    result_.masses.push_back(body_mass(name, kilograms, X_LI, inertia));
+  }
+
+  /// Zero where the URDF says nothing.
+  static Eigen::Vector3d triple_of(const XMLElement* element, const char* name, const std::string& where) {
+    if (element == nullptr || element->Attribute(name) == nullptr) return Eigen::Vector3d::Zero();
+    const auto numbers = number_attribute(*element, name, 3, where);
+    return {numbers[0], numbers[1], numbers[2]};
+  }
+
+  static Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rpy) {
+    return (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+            Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+        .toRotationMatrix();
+  }
+
   /// Deletes all children except the named elements.
   static void keep(XMLElement& element, const std::set<std::string_view>& names) {
     for (XMLNode* node = element.FirstChild(); node != nullptr;) {
@@ -236,19 +269,10 @@ class UrdfChecker {
                        in_quotes(capsule.Attribute("length")) + " must be above 0 and at least 0, and at most 1000 m");
     }
     const XMLElement* origin = collision.FirstChildElement("origin");
-    const auto triple = [&](const char* name) {
-      Eigen::Vector3d values = Eigen::Vector3d::Zero();
-      if (origin == nullptr || origin->Attribute(name) == nullptr) return values;
-      const auto numbers = number_attribute(*origin, name, 3, where);
-      values << numbers[0], numbers[1], numbers[2];
-      return values;
-    };
-    const Eigen::Vector3d rpy = triple("rpy");
-    const Eigen::Vector3d axis = Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                                 (Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                                  (Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()) * Eigen::Vector3d::UnitZ()));
+    const Eigen::Vector3d middle = triple_of(origin, "xyz", where);
+    const Eigen::Vector3d axis = rotation_of(triple_of(origin, "rpy", where)).col(2);
     for (const double side : length > 0.0 ? std::vector<double>{-0.5, 0.5} : std::vector<double>{0.0}) {
-      const Eigen::Vector3d centre = triple("xyz") + side * length * axis;
+      const Eigen::Vector3d centre = middle + side * length * axis;
       const std::string xyz = exact_text(centre.x()) + " " + exact_text(centre.y()) + " " + exact_text(centre.z());
       XMLElement* ball = collision.Parent()->ToElement()->InsertNewChildElement("collision");
       ball->InsertNewChildElement("origin")->SetAttribute("xyz", xyz.c_str());
@@ -298,6 +322,7 @@ class UrdfChecker {
       const std::string where = path_ + ": link " + in_quotes(name);
       if (!links_.insert(name).second) throw ModelError(where + " exists twice; link names must be unique");
       check_numbers(*link, where);
+      read_mass(*link, name);
       keep(*link, {"collision"});
       for (XMLElement* collision = link->FirstChildElement(); collision != nullptr;) {
         XMLElement* next = collision->NextSiblingElement();

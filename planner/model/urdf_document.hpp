@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/model/dynamics.hpp"
 #include "planner/model/source_file.hpp"
 #include "planner/model/xacro.hpp"
 
@@ -18,6 +19,7 @@ struct UrdfDocument {
   /// By name: joints without usable axis or limits, or that follow none that exists, and a sentence for each that
   /// begins with the file. In `text` they are fixed.
   std::map<std::string, std::string> faulty_joints;
+  std::vector<BodyMass> masses;  ///< of links with an <inertial> of numbers and a mass above 0
 };
 
 /// Reads the URDF at `path`, or expands it with xacro if a part that the planner needs is xacro. In the text, names are

@@ -111,6 +111,7 @@ TreeLink to_tree_link(const urdf::Link& link, int parent) {
     entry.lower = joint.limits->lower;
     entry.upper = joint.limits->upper;
     entry.velocity = joint.limits->velocity;
+    entry.effort = joint.limits->effort;
   }
   if (joint.mimic != nullptr) {
     entry.mimic = TreeLink::Mimic{joint.mimic->joint_name, joint.mimic->multiplier, joint.mimic->offset};
@@ -168,6 +169,7 @@ class ModelBuilder {
     const std::string& option = options_.names.allow_bare_links;
     check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
     set_limits(tree, chain);
+    set_masses(tree, chain, document.masses);
     for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
       model_->links.push_back(tree[i].link);
       model_->has_followers = model_->has_followers || tree[i].link.follows;
@@ -285,6 +287,30 @@ class ModelBuilder {
     limits.acceleration = options_.default_acceleration ? JointVector::Constant(n, *options_.default_acceleration)
                                                         : assumed_acceleration(limits.velocity);
     note_default_velocity(without_velocity);
+  }
+
+  /// Each link counts with the body that a joint of the chain moves. Links beside the chain count where they are held.
+  void set_masses(const std::vector<TreeLink>& tree, const Chain& chain, const std::vector<BodyMass>& masses) {
+    auto result = std::make_shared<MassModel>();
+    result->effort.resize(static_cast<Eigen::Index>(chain.joints.size()));
+    for (std::size_t j = 0; j < chain.joints.size(); ++j) result->effort[j] = tree[chain.joints[j].link].effort;
+    std::map<int, std::size_t> bodies;  // by the link that moves them
+    for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
+      Pose X_ML = Pose::Identity();  // M: the frame of the link that moves
+      int moved = i;
+      while (moved >= 0 && tree[moved].link.joint < 0) {
+        X_ML = tree[moved].link.X_PJ * X_ML;
+        moved = tree[moved].link.parent;
+      }
+      if (moved < 0) continue;
+      const auto [body, is_new] = bodies.try_emplace(moved, result->bodies.size());
+      if (is_new) result->bodies.emplace_back().link = tree[moved].link.name;
+      const std::string& name = tree[i].link.name;
+      const auto mass =
+          std::find_if(masses.begin(), masses.end(), [&](const BodyMass& link) { return link.link == name; });
+      if (mass != masses.end()) result->bodies[body->second].add(*mass, X_ML);
+    }
+    model_->masses = std::move(result);
   }
 
   void note_default_velocity(const std::vector<std::string>& joints) {

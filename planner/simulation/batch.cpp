@@ -82,7 +82,7 @@ EpisodeRecord run_in_scene(const Cell& cell, TaskGenerator& generator, Random ra
     };
   }
   std::unique_ptr<EpisodeLog> log;
-  if (options.log != nullptr) log = options.log->begin(episode, cell);
+  if (options.log != nullptr) log = options.log->begin(episode - options.first_episode, cell);
   episode_options.log = log.get();
   record.outcome = simulate_episode(cell, task->starts, task->goals, episode_options);
   record.goals = task->goals;
@@ -187,7 +187,7 @@ class Episodes {
   bool run(int episode, TaskGenerator& generator, int threads, bool observed) {
     BatchOptions options = options_;
     options.threads = threads;
-    EpisodeRecord record = run_episode(cell_, generator, options, episode, observed);
+    EpisodeRecord record = run_episode(cell_, generator, options, options.first_episode + episode, observed);
     if (options.log != nullptr) options.log->end(episode);
     if (record.outcome.ended_early) return false;
     const bool drawn = !record.failure;
@@ -209,7 +209,7 @@ class Episodes {
       ++complete;
       const EpisodeRecord& record = *records_[episode];
       if (!record.failure) {
-        add(report, record, episode, options_.tasks - report.tasks);
+        add(report, record, options_.first_episode + episode, options_.tasks - report.tasks);
         continue;
       }
       ++failed;

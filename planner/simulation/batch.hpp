@@ -29,6 +29,7 @@ class BatchLog {
   BatchLog(const BatchLog&) = delete;
   BatchLog& operator=(const BatchLog&) = delete;
 
+  /// `episode`: from 0, of this batch.
   /// Before an episode whose task could be drawn. `cell` has the episode's own scene, and lives as long as the episode.
   virtual std::unique_ptr<EpisodeLog> begin(int episode, const Cell& cell) = 0;
   /// The episode has ended, or had no task. Called for each episode that was tried.
@@ -38,7 +39,8 @@ class BatchLog {
 struct BatchOptions {
   int tasks = 100;  ///< goals of single arms in total; an episode has one for each arm
   std::uint64_t seed = 1;
-  int threads = 1;  ///< run episodes in parallel; surplus threads share the arms of an episode
+  int first_episode = 0;  ///< of those with this seed; an episode depends on its number and the seed alone
+  int threads = 1;        ///< run episodes in parallel; surplus threads share the arms of an episode
   NetworkParameters network;
   std::vector<ServoParameters> servos = {};  ///< of each arm; empty: all are perfect
   bool measure_ticks = false;                ///< measures computing times

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "planner/model/dynamics.hpp"
 #include "planner/model/outside_joints.hpp"
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_plugin.hpp"
@@ -73,6 +74,19 @@ void add_outside(const planner::Arm& arm, const std::optional<config::Gripper>& 
   if (gripper) setup.outside_speed = gripper->speed;
 }
 
+device::DriveForces forces_of(const planner::Arm& arm) {
+  device::DriveForces forces;
+  forces.reason = planner::why_no_forces(*arm.model);
+  if (!forces.reason.empty()) return forces;
+  constexpr double kGravity = 9.80665;  // [m/s²]
+  const Eigen::Vector3d gravity_B = arm.X_WB.linear().transpose() * Eigen::Vector3d(0.0, 0.0, -kGravity);
+  forces.limits = arm.model->masses->effort;
+  forces.of_motion = [model = arm.model, gravity_B](const auto& q, const auto& qd, const auto& qdd) {
+    return planner::inverse_dynamics(*model, gravity_B, q, qd, qdd);
+  };
+  return forces;
+}
+
 /// Refuses what the type of a device does not have.
 void check_gripper(const config::ToolOptions& tools, const std::vector<device::SignalKind>& kinds,
                    const device::DeviceType& type) {
@@ -116,6 +130,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   setup.joint_names = planned.arm.model->joint_names;
   for (const config::SignalOptions& signal : file.tools[arm].signals) setup.signals.push_back(signal.port);
   add_outside(planned.arm, file.tools[arm].gripper, setup);
+  setup.forces = forces_of(planned.arm);
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }

@@ -33,9 +33,10 @@ constexpr std::string_view kPerfect = "perfect";
 struct Options {
   std::string cell;
   std::string report;
-  std::string plot;    ///< folder; empty: no plots
-  std::string record;  ///< file; empty: no record
-  std::string servo;   ///< preset of all arms; empty: as the cell file says
+  std::string plot;            ///< folder; empty: no plots
+  std::string record;          ///< file; empty: no record
+  std::string servo;           ///< preset of all arms; empty: as the cell file says
+  std::optional<int> episode;  ///< from 0; empty: as many as there are tasks
   CellChanges changes;
   planner::BatchOptions batch;
 };
@@ -115,7 +116,8 @@ std::vector<MissedTask> missed_of(const planner::Cell& cell, const std::vector<p
   return list;
 }
 
-Report make_report(const planner::Cell& cell, const Options& options, planner::BatchReport batch) {
+/// `asked`: number of tasks.
+Report make_report(const planner::Cell& cell, const Options& options, int asked, planner::BatchReport batch) {
   Report report;
   report.cell = cell.name;
   report.method = options.changes.method.empty() ? "as configured" : options.changes.method;
@@ -124,7 +126,7 @@ Report make_report(const planner::Cell& cell, const Options& options, planner::B
   report.reached = batch.reached;
   report.blocked = batch.blocked;
   report.timed_out = batch.timed_out;
-  report.asked = options.batch.tasks;
+  report.asked = asked;
   report.not_drawn = batch.not_drawn;
   report.missed = missed_of(cell, batch.missed);
   report.contacts = batch.contacts;
@@ -185,6 +187,10 @@ ExitCode run(const Settings& settings, const Options& options) {
   warn_of_stale_states(cell, options.batch.network, findings);
   const auto began = std::chrono::steady_clock::now();
   planner::BatchOptions batch_options = options.batch;
+  if (options.episode) {
+    batch_options.first_episode = *options.episode;
+    batch_options.tasks = static_cast<int>(cell.arms.size());
+  }
   batch_options.servos = servos_of(file, options.servo);
   std::optional<EpisodePlotter> plotter;
   std::optional<EpisodeRecorder> recorder;
@@ -218,7 +224,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   const std::optional<Interrupted> interrupted = watch.interrupted(batch);
 
   const double running = 1e-6 * batch.computing.run_us;
-  Report report = make_report(cell, options, std::move(batch));
+  Report report = make_report(cell, options, batch_options.tasks, std::move(batch));
   report.findings = std::move(findings);
   report.interrupted = interrupted;
   print(settings, to_json(report), table_text(report, Palette::for_stream(stdout)));
@@ -245,6 +251,10 @@ void add_simulate(CLI::App& app, Session& session) {
       *command, "--tasks", [&batch](std::uint64_t n) { batch.tasks = static_cast<int>(n); },
       "goals for single arms, in total (100)", 1, kMostTasks);
   add_seed(*command, batch.seed, "of all random choices: the same seed gives the same report, bit by bit (1)");
+  add_whole_number(
+      *command, "--episode", [options](std::uint64_t n) { options->episode = static_cast<int>(n - 1); },
+      "this episode alone, such as the `round` of a missed task in a report (all)", 1, kMostTasks)
+      ->excludes(command->get_option("--tasks"));
   const std::vector<std::string_view> methods = planner::built_in_methods().names();
   add_choice(*command, "--method", options->changes.method, {methods.begin(), methods.end()},
              "motion method of all arms (of the cell file)");

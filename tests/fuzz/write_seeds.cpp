@@ -136,6 +136,10 @@ void write_samples(const Corpus& corpus) {
   const std::string name(bus::Topic<T>::kInfo.type);
   corpus.write("samples", name + "_empty", topic, test::cdr_of(T()));
   corpus.write("samples", name + "_full", topic, SampleWriter(*bus::topic_rule(name)).bytes());
+  if constexpr (std::is_same_v<T, msg::DeviceState>) {
+    corpus.write("device_state", "empty", text_of(test::cdr_of(T())));
+    corpus.write("device_state", "full", text_of(SampleWriter(*bus::topic_rule(name)).bytes()));
+  }
   if constexpr (std::is_same_v<T, msg::ObstacleShapes>) {
     int number = 0;
     for (const msg::Obstacle& obstacle : obstacles()) {
@@ -285,6 +289,21 @@ void write_ros2_control(const Corpus& corpus) {
   states.velocity = {0.0, 0.3, 0.1, 0.2};
   corpus.write("ros2_control", "velocities", 4, encoded(states));
   corpus.write("ros2_control", "second_writer", 5, encoded(states));
+
+  ros2::SendGoalResponse answer;
+  answer.accepted = true;
+  corpus.write("ros2_control_answers", "accepted", 0, encoded(answer));
+  ros2::GetResultResponse result;
+  result.status = 6;
+  result.result = {-4, "elbow left its path"};
+  corpus.write("ros2_control_answers", "aborted", 1, encoded(result));
+  ros2::ActionResultResponse<ros2::GripperResult> grasp;
+  grasp.status = 4;
+  grasp.result.position = 0.02;
+  grasp.result.stalled = true;
+  corpus.write("ros2_control_answers", "grasped", 2, encoded(grasp));
+  corpus.write("ros2_control_answers", "factor", 3, encoded(ros2::SpeedScalingFactor{0.5}));
+  corpus.write("ros2_control_answers", "percent", 4, encoded(ros2::Float64{50.0}));
 }
 
 void write_recordings(const Corpus& corpus) {

@@ -6,7 +6,7 @@ usage: abb_controller.py --to 127.0.0.1:6510 [--address 127.0.0.12] [--start DEG
 
 It is written from the description of the wire alone and shares no code with the driver. It is no RobotWare: dynamics are those of a
 position servo, and its RAPID program is the loop of docs/how-to/abb-egm.md (`program` below). Tests give orders on port 30999, a
-line each, and get a line of JSON back. The orders are the methods of Orders. Two arms of one robot are two processes.
+line each, and get a line of JSON back. --help lists the orders. Two arms of one robot are two processes.
 """
 import argparse
 import collections
@@ -18,6 +18,8 @@ import socket
 import struct
 import sys
 import time
+
+import orders
 
 CONTROL = 30999
 PERIOD = 0.004  # of the motion control [s]
@@ -435,8 +437,7 @@ class ControlClient:
         self.received += data
         while b"\n" in self.received:
             line, self.received = self.received.split(b"\n", 1)
-            order, *words = line.decode().split()
-            result = getattr(Orders, order)(self.owner, *words)
+            result = orders.obey(Orders, self.owner, line)
             self.socket.sendall((json.dumps(result) + "\n").encode())
 
 
@@ -553,7 +554,7 @@ def address_and_port(text):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, epilog=orders.listed(Orders), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--to", type=address_and_port, default=("127.0.0.1", 6510), help="address and port of the driver: UDPUC")
     parser.add_argument("--address", default="127.0.0.12", help="of the controller")
     parser.add_argument("--start", type=lambda text: [float(q) for q in text.split(",")], default=[0.0, 0.0, 0.0, 0.0, 90.0, 0.0],

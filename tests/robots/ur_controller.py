@@ -6,7 +6,7 @@ usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no PolyScope: dynamics are those of a
 position servo, and of URScript it knows what tests/robots/urscript.py knows. Tests give orders on port 30999, a line each, and get a
-line of JSON back. The orders are the methods of Orders.
+line of JSON back. --help lists the orders.
 """
 import argparse
 import json
@@ -17,6 +17,7 @@ import struct
 import sys
 import time
 
+import orders
 from urscript import Program, ScriptError, Thread
 
 RTDE, PRIMARY, SECONDARY, DASHBOARD, CONTROL = 30004, 30001, 30002, 29999, 30999
@@ -588,8 +589,7 @@ class ControlClient(Connection):
     def handle(self):
         while b"\n" in self.received:
             line, self.received = self.received.split(b"\n", 1)
-            order, *words = line.decode().split()
-            result = getattr(Orders, order)(self.owner, *words)
+            result = orders.obey(Orders, self.owner, line)
             self.send((json.dumps(result) + "\n").encode())
 
 
@@ -703,7 +703,7 @@ class Orders:
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, epilog=orders.listed(Orders), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--address", default="127.0.0.11", help="on which it listens")
     parser.add_argument("--start", type=lambda text: [float(q) for q in text.split(",")], default=[0.0, -1.57, 1.57, -1.57, -1.57, 0.0],
                         help="joint positions [rad], between commas")

@@ -163,6 +163,14 @@ using DeviceLog = std::function<void(std::string_view event, std::string_view de
 /// Joins the cell's DDS domain with the keys of a driver. Throws std::runtime_error with a sentence.
 using JoinCell = std::function<std::unique_ptr<bus::Participant>()>;
 
+/// The forces that an arm's drives need [N m | N], by the masses of its robot description: for simulated arms.
+struct DriveForces {
+  /// Of each joint, for the velocity and acceleration at a position; without friction and payload. Empty: not known.
+  std::function<JointVector(const JointVector& q, const JointVector& qd, const JointVector& qdd)> of_motion = {};
+  JointVector limits;  ///< of each joint, > 0
+  std::string reason;  ///< why they are not known: a clause such as "link wrist has no mass"
+};
+
 /// The data from which a device is created.
 struct DeviceSetup {
   std::string arm;                                         ///< its name in the cell
@@ -183,6 +191,7 @@ struct DeviceSetup {
   double outside_speed = 0.0;                   ///< of these joints, when a gripper moves them [rad/s | m/s]
   std::vector<std::string> outside_names = {};  ///< of the same joints, in the robot description
   std::vector<bool> fingers = {};               ///< which of them belong to the gripper
+  DriveForces forces = {};
 };
 
 /// A port of this machine on which a device listens.

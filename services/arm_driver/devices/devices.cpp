@@ -26,7 +26,7 @@ const std::vector<DeviceType>& device_types() {
        universal_robots_ports,
        universal_robots_notes,
        {"hecaton device ARM on", "hecaton resume ARM", "# the real arm ARM moves now: stand at its emergency stop"},
-       nullptr,
+       universal_robots_claims,
        universal_robots_signal,
        kUniversalRobotsPorts},
       {"abb_egm",

@@ -124,6 +124,12 @@ class AbbEgmArm final : public ArmDevice {
   // Why nothing can be done with what the robot reports.
   [[nodiscard]] std::optional<std::string> unusable() const {
     const RobotMessage& message = *stream_.last();
+    if (const auto position = stream_.unknown_axis(message)) {
+      char place[32];
+      std::snprintf(place, sizeof place, "%.2f", *position);
+      return the_robot() + " reports an additional axis at " + place + " (degrees or mm), which arm " + arm_ +
+             " does not have: describe it in the cell file, or move it to 0 and leave it there";
+    }
     if (stream_.measured().q.size() == 0) {
       return the_robot() + " reports " + std::to_string(message.joints.count) + " joints and " +
              std::to_string(message.external.count) + " additional axes, but arm " + arm_ + " needs " +

@@ -15,6 +15,7 @@ constexpr double kLongestStep = 0.1;  // [s]
 /// No joint moves faster, and a measurement may be wrong by as much [rad/s | m/s], [rad | m].
 constexpr double kFastest = 20.0;
 constexpr double kTolerance = 0.01;
+constexpr double kAtZero = 0.01;  // of an additional axis [° | mm]
 /// In one period of the driver: more than wait in a socket.
 constexpr int kMostMessages = 512;
 
@@ -95,7 +96,7 @@ void RobotStream::take(const RobotMessage& message, Clock::time_point now) {
 JointVector RobotStream::positions(const RobotMessage& message) const {
   const auto joints = message.joints.get();
   const auto external = message.external.get();
-  if (joints.size() != kMostJoints || (options_.external_axis && external.empty())) return {};
+  if (joints.size() != kMostJoints || (options_.external_axis && external.empty()) || unknown_axis(message)) return {};
   JointVector q(scale_.size());
   std::size_t next = 0;
   for (Eigen::Index joint = 0; joint < q.size(); ++joint) {
@@ -103,6 +104,13 @@ JointVector RobotStream::positions(const RobotMessage& message) const {
     q[joint] = value / scale_[joint];
   }
   return q;
+}
+
+std::optional<double> RobotStream::unknown_axis(const RobotMessage& message) const {
+  const auto external = message.external.get();
+  const auto moved = std::find_if(external.begin() + (options_.external_axis && !external.empty() ? 1 : 0),
+                                  external.end(), [](double position) { return std::abs(position) > kAtZero; });
+  return moved == external.end() ? std::nullopt : std::optional(*moved);
 }
 
 double RobotStream::seconds_since_last(const RobotMessage& message) const {

@@ -46,6 +46,9 @@ class RobotStream {
   /// Says what arrives instead of messages, for a failure's sentence; empty: nothing.
   [[nodiscard]] std::string what_arrives() const;
 
+  /// Where an additional axis is that the arm does not have [° | mm], unless it stands at 0; empty: there is none.
+  [[nodiscard]] std::optional<double> unknown_axis(const RobotMessage& message) const;
+
  private:
   void take(const RobotMessage& message, Clock::time_point now);
   [[nodiscard]] bool is_next(const RobotMessage& message) const;

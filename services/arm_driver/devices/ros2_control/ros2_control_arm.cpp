@@ -1,7 +1,6 @@
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "services/arm_driver/devices/ros2_control/connection.hpp"
 #include "services/arm_driver/devices/ros2_control/joint_states.hpp"
 #include "services/arm_driver/devices/ros2_control/motion_watch.hpp"
+#include "services/arm_driver/devices/ros2_control/results.hpp"
 
 namespace hecaton::device {
 namespace ros2_control {
@@ -28,7 +28,6 @@ constexpr std::chrono::seconds kAnswer{1};
 constexpr int kTrajectoriesAhead = 4;
 constexpr int kGoalsAhead = 2;               // the same as goals of an action
 constexpr std::int32_t kPathTolerance = -4;  // results with it, or below, are failures of the motion
-constexpr std::size_t kMostOfText = 160;     // of a controller's text
 /// Smaller changes of a set-point at rest are not sent [rad | m], [rad/s | m/s].
 constexpr double kUnchanged = 1e-6;
 /// At a lower speed scaling the lag is not computed any more.
@@ -41,31 +40,6 @@ struct Condition {
   DeviceMode mode = DeviceMode::kReady;
   std::string text;
 };
-
-/// A text of the network, for people.
-std::string shown(const std::string& text) {
-  std::string result;
-  for (const char c : text.substr(0, kMostOfText)) result += c >= ' ' && c <= '~' ? c : '?';
-  return result;
-}
-
-/// Codes of the result of FollowJointTrajectory, and what a person does.
-std::string reason_of(const ros2::TrajectoryResult& result) {
-  constexpr std::array<const char*, 6> kReasons{
-      "",
-      "it is no valid goal for the controller: compare the joint limits and the controller's parameters",
-      "the controller has other joints: set joints or joint_prefix in the cell file",
-      "its start has passed: compare the clocks of the machines",
-      "the arm left its tolerance on the path: look what blocks it, and compare the limits",
-      "the arm did not arrive within its tolerance: look what blocks it, and compare the limits",
-  };
-  const int code = -result.error_code;
-  std::string text = code > 0 && code < std::ssize(kReasons) ? kReasons[static_cast<std::size_t>(code)] : "";
-  if (!result.error_string.empty()) {
-    text += (text.empty() ? "" : " ") + std::string("(\"") + shown(result.error_string) + "\")";
-  }
-  return text.empty() ? "no reason is given: see the log of the controller" : text;
-}
 
 class Ros2ControlArm final : public ArmDevice {
  public:

@@ -1,6 +1,7 @@
 #include "services/arm_driver/devices/simulated/options.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 
 #include "services/arm_driver/devices/option_reader.hpp"
@@ -33,6 +34,11 @@ SimulatedOptions read_simulated_options(const DeviceSetup& setup) {
   servo.noise = reader.number("noise", servo.noise, 0.0, 0.01);
   servo.resolution = reader.number("resolution", servo.resolution, 0.0, 0.01);
   options.protective_speed = reader.number("protective_speed", 0.0, 0.0, 1000.0);
+  options.protective_effort = reader.number("protective_effort", 0.0, 0.0, 10.0);
+  if (options.protective_effort > 0.0 && !setup.forces.of_motion) {
+    throw std::runtime_error(setup.where + ".protective_effort needs masses and effort limits, but " +
+                             setup.forces.reason + ": complete it, or leave the key out");
+  }
   return options;
 }
 

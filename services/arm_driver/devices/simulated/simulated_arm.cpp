@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdio>
 #include <tuple>
 #include <utility>
 
@@ -11,6 +13,9 @@
 
 namespace hecaton::device {
 namespace {
+
+/// A drive filters what it measures: a force counts after about this time [s].
+constexpr double kForceFilter = 0.02;
 
 /// After a longer stall the arm is at rest anyway.
 constexpr std::chrono::seconds kLongestStall{2};
@@ -23,6 +28,7 @@ constexpr std::size_t kMostSignals = 64;
 struct Tool {
   Positions outside{};  ///< [rad | m]
   std::array<double, kMostSignals> signals{};
+  bool protective = false;  ///< a protective stop lasts until a person unlocks it
 };
 
 constexpr std::array<std::pair<std::string_view, SignalKind>, 4> kPorts{{
@@ -50,6 +56,9 @@ class SimulatedArm final : public ArmDevice {
                          "the simulated arm's tool"),
         joints_(setup.limits, start_of(setup)),
         ports_(setup.signals),
+        joint_names_(setup.joint_names),
+        prismatic_(setup.prismatic),
+        forces_(setup.forces),
         outside_count_(setup.outside.size()),
         outside_speed_(setup.outside_speed) {
     std::copy(setup.outside.begin(), setup.outside.end(), tool_.outside.begin());
@@ -57,7 +66,7 @@ class SimulatedArm final : public ArmDevice {
       if (ports_[i] == kSpeedScaling) tool_.signals[i] = 1.0;
     }
     if (const auto kept = tool_checkpoint_.recall()) tool_ = *kept;
-    protective_ = event(kProtectiveStop);
+    tool_.protective = tool_.protective || event(kProtectiveStop);
     if (!options_.servo.perfect()) {
       const auto seed = static_cast<std::uint64_t>(setup.index);
       servo_.emplace(setup.limits, options_.servo, joints_.state().q, seed);
@@ -91,12 +100,12 @@ class SimulatedArm final : public ArmDevice {
 
   void stop(std::string_view /*reason*/) override { set_point_.reset(); }
   void deactivate() override { set_point_.reset(); }
-  [[nodiscard]] bool continues_after_restart() const override { return !protective_; }
+  [[nodiscard]] bool continues_after_restart() const override { return !tool_.protective; }
   [[nodiscard]] double tracking_delay() const override { return options_.servo.delay(); }
 
   DeviceResult begin(DeviceOrder order) override {
     if (order != DeviceOrder::kUnlock) return DeviceFailure{"a simulated arm is always on"};
-    set_protective(false);
+    set_protective(false, {});
     ended_ = OrderEnd{};
     return {};
   }
@@ -109,7 +118,7 @@ class SimulatedArm final : public ArmDevice {
       return DeviceFailure{"its speed_scaling must be 0 to 1"};
     }
     tool_.signals[index] = value;
-    if (ports_[index] == kProtectiveStop) protective_ = value != 0.0;
+    if (ports_[index] == kProtectiveStop) set_protective(value != 0.0, {});
     tool_checkpoint_.remember(tool_);
     return {};
   }
@@ -142,8 +151,10 @@ class SimulatedArm final : public ArmDevice {
     }
     return false;
   }
-  void set_protective(bool on) {
-    protective_ = on;
+  /// `cause`: a clause for a person; empty: a person caused it.
+  void set_protective(bool on, std::string cause) {
+    tool_.protective = on;
+    cause_ = std::move(cause);
     for (std::size_t i = 0; i < ports_.size(); ++i) {
       if (ports_[i] == kProtectiveStop) tool_.signals[i] = on ? 1.0 : 0.0;
     }
@@ -163,13 +174,15 @@ class SimulatedArm final : public ArmDevice {
     if (event(kEmergencyStop)) {
       return {DeviceMode::kEmergencyStop, "emergency stop: set its signal emergency_stop to 0, then resume the arm"};
     }
-    if (protective_) {
-      return {DeviceMode::kProtectiveStop,
-              "protective stop: call 'hecaton device " + arm_ + " unlock', then resume the arm"};
+    if (tool_.protective) {
+      return {DeviceMode::kProtectiveStop, "protective stop" + (cause_.empty() ? "" : ", because " + cause_) +
+                                               ": call 'hecaton device " + arm_ + " unlock', then resume the arm"};
     }
     return {DeviceMode::kReady, {}};
   }
 
+  /// Where the joints are, without noise.
+  [[nodiscard]] const JointState& moving() const { return servo_ ? servo_->state() : joints_.state(); }
   [[nodiscard]] const JointState& measured() const { return servo_ ? servo_->measured() : joints_.state(); }
   void follow(const JointState& set_point, double dt) {
     servo_ ? servo_->follow(set_point, dt) : joints_.follow(set_point, dt);
@@ -181,7 +194,8 @@ class SimulatedArm final : public ArmDevice {
     const double dt = std::chrono::duration<double>(to - *at_).count();
     move_fingers(dt);
     const auto before = std::pair(joints_, servo_);
-    const bool stopped = protective_ || event(kEmergencyStop);
+    const JointVector velocity_before = moving().qd;
+    const bool stopped = tool_.protective || event(kEmergencyStop);
     if (!stopped && set_point_ && to <= set_point_->valid_until) {
       const double beyond = std::chrono::duration<double>(to - set_point_->due).count();
       follow({set_point_->target.q + set_point_->target.qd * beyond, set_point_->target.qd}, dt);
@@ -192,9 +206,41 @@ class SimulatedArm final : public ArmDevice {
       std::tie(joints_, servo_) = before;
       set_point_.reset();
     }
-    const double fastest = (servo_ ? servo_->state() : joints_.state()).qd.cwiseAbs().maxCoeff();
-    if (options_.protective_speed > 0.0 && fastest > options_.protective_speed) set_protective(true);
+    if (!tool_.protective) guard(velocity_before, dt);
     at_ = to;
+  }
+
+  /// What stops real controllers: a joint that is too fast, and a drive that has to push too much.
+  void guard(const JointVector& velocity_before, double dt) {
+    const JointState& state = moving();
+    Eigen::Index joint = 0;
+    if (options_.protective_speed > 0.0 && state.qd.cwiseAbs().maxCoeff(&joint) > options_.protective_speed) {
+      return set_protective(true, exceeds(joint, "moved at", state.qd[joint], options_.protective_speed,
+                                          slides(joint) ? "m/s" : "rad/s"));
+    }
+    if (options_.protective_effort <= 0.0) return;
+    const JointVector now = forces_.of_motion(state.q, state.qd, (state.qd - velocity_before) / dt);
+    if (force_.size() == 0)
+      force_ = forces_.of_motion(state.q, JointVector::Zero(now.size()), JointVector::Zero(now.size()));
+    force_ += (1.0 - std::exp(-dt / kForceFilter)) * (now - force_);
+    const JointVector limits = options_.protective_effort * forces_.limits;
+    if ((force_.cwiseAbs().array() <= limits.array()).all()) return;
+    (force_.cwiseAbs() - limits).maxCoeff(&joint);
+    set_protective(true, exceeds(joint, "needed", force_[joint], limits[joint], slides(joint) ? "N" : "N m"));
+  }
+
+  /// "joint elbow moved at 1.62 rad/s, its limit is 1.5 rad/s"
+  [[nodiscard]] std::string exceeds(Eigen::Index joint, const char* what, double value, double limit,
+                                    const char* unit) const {
+    const auto place = static_cast<std::size_t>(joint);
+    const std::string name = place < joint_names_.size() ? joint_names_[place] : std::to_string(place + 1);
+    char numbers[96];
+    std::snprintf(numbers, sizeof numbers, " %.3g %s, its limit is %.3g %s", std::abs(value), unit, limit, unit);
+    return "joint " + name + " " + what + numbers;
+  }
+  [[nodiscard]] bool slides(Eigen::Index joint) const {
+    const auto place = static_cast<std::size_t>(joint);
+    return place < prismatic_.size() && prismatic_[place];
   }
 
   void move_fingers(double dt) {
@@ -208,7 +254,7 @@ class SimulatedArm final : public ArmDevice {
 
   void store() {
     Positions q{};
-    const JointVector& at = servo_ ? servo_->state().q : joints_.state().q;
+    const JointVector& at = moving().q;
     std::copy(at.begin(), at.end(), q.begin());
     checkpoint_.remember(q);
   }
@@ -221,8 +267,12 @@ class SimulatedArm final : public ArmDevice {
   planner::ServoedJoints joints_;
   std::optional<planner::Servo> servo_;  ///< nothing: a perfect controller, and `joints_` are the arm
   std::vector<std::string> ports_;       ///< of the signals
-  bool protective_ = false;              ///< a protective stop lasts until it is unlocked
-  JointState seen_;                      ///< the last state before the connection was lost
+  std::vector<std::string> joint_names_;
+  std::vector<bool> prismatic_;  ///< each joint; empty: none
+  DriveForces forces_;
+  JointVector force_;  ///< filtered [N m | N]; empty until the first step
+  std::string cause_;  ///< of the protective stop; empty: a person, or the process before did not say
+  JointState seen_;    ///< the last state before the connection was lost
   Clock::time_point seen_at_;
   std::optional<OrderEnd> ended_;
   std::size_t outside_count_;

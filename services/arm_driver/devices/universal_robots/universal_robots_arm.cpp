@@ -411,6 +411,10 @@ std::vector<ListeningPort> universal_robots_ports(const DeviceSetup& setup) {
   return {{read_options(setup).reverse_port, "reverse_port"}};
 }
 
+std::vector<Claim> universal_robots_claims(const DeviceSetup& setup) {
+  return {{"the robot at " + read_options(setup).robot_ip, "robot_ip"}};
+}
+
 std::vector<std::string> universal_robots_notes(const DeviceSetup& setup, const planner::RobotModel& model) {
   std::vector<std::string> notes;
   if (!is_calibrated(model)) {

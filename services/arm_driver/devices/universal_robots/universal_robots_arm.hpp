@@ -22,6 +22,8 @@ inline constexpr std::string_view kUniversalRobotsPorts =
 [[nodiscard]] std::optional<SignalKind> universal_robots_signal(std::string_view port);
 [[nodiscard]] std::unique_ptr<ArmDevice> make_universal_robots_arm(const DeviceSetup& setup);
 [[nodiscard]] std::vector<ListeningPort> universal_robots_ports(const DeviceSetup& setup);
+/// Its robot: two programs would end each other.
+[[nodiscard]] std::vector<Claim> universal_robots_claims(const DeviceSetup& setup);
 /// Says when the description of the robot has no calibration of a real arm.
 [[nodiscard]] std::vector<std::string> universal_robots_notes(const DeviceSetup& setup,
                                                               const planner::RobotModel& model);

@@ -74,7 +74,7 @@ export class OrdersPanel {
     this.turn = this.addObstacleRows();
     const note = document.createElement("p");
     note.className = "dim";
-    note.textContent = "Stop is an order over the network, not a safety function. In danger press the emergency stop of the robot.";
+    note.textContent = "Hold and stop are orders over the network, not safety functions. In danger press the emergency stop of the robot.";
     this.log.id = "orderlog";
     this.log.setAttribute("role", "log");
     host.append(note, this.log);

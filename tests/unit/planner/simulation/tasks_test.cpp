@@ -82,6 +82,24 @@ TEST(TaskGenerator, ReportsHowManyTasksCouldBeDrawn) {
   }
 }
 
+TEST(Batch, RepeatsOneEpisodeAlone) {
+  const Cell cell = sequence_under_ball(0.5);
+  BatchOptions options;
+  options.tasks = 8;
+  options.seed = 4;
+  const BatchReport all = simulate_tasks(cell, options);
+  ASSERT_EQ(all.reach_times.size() + all.missed.size(), 8U);
+  ASSERT_GT(all.reach_times.size(), 0U);
+  options.tasks = 1;
+  std::vector<double> times;
+  for (options.first_episode = 0; options.first_episode < 8; ++options.first_episode) {
+    const BatchReport one = simulate_tasks(cell, options);
+    times.insert(times.end(), one.reach_times.begin(), one.reach_times.end());
+    for (const MissedTask& missed : one.missed) EXPECT_EQ(missed.episode, options.first_episode);
+  }
+  EXPECT_EQ(times, all.reach_times);
+}
+
 // The point reaches 3 m; a box covers the task area of 0.5 m radius.
 TEST(TaskGenerator, ReportsWhyNoTaskCouldBeDrawn) {
   Cell cell = sequence_under_ball(0.01);

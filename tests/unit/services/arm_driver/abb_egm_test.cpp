@@ -270,6 +270,16 @@ TEST_F(AbbEgmTest, NamesWhatItCannotUse) {
       << text();
 }
 
+TEST_F(AbbEgmTest, RefusesARobotWithAnAxisThatTheCellFileDoesNotHave) {
+  begin({"--external", "-40"});
+  ASSERT_TRUE(until([this] { return session_->failed(); }));
+  EXPECT_TRUE(
+      says("reports an additional axis at -40.00 (degrees or mm), which arm south does not have: describe it in "
+           "the cell file, or move it to 0 and leave it there"))
+      << text();
+  EXPECT_EQ(robot_->state().at("fastest"), 0.0);
+}
+
 TEST_F(AbbEgmTest, RefusesWrongJointsOldSoftwareAndValuesThatAreNotFinite) {
   begin();
   run();

@@ -6,6 +6,7 @@
 
 #include "services/arm_driver/device_plugin.hpp"
 #include "services/config/yaml_tree.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -55,7 +56,8 @@ TEST(DeviceChoice, RefusesUnknownTypesAndKeys) {
             "observed");
   EXPECT_EQ(refusal("    device: {type: simulated, typ: x}\n"),
             "arms[0].device.typ is not a known key; did you mean 'type'? A device of type simulated may have type, "
-            "servo, servo_period, dead_time, jitter, lag, damping, noise, resolution, protective_speed");
+            "servo, servo_period, dead_time, jitter, lag, damping, noise, resolution, protective_speed, "
+            "protective_effort");
   EXPECT_EQ(refusal("    device: simulated\n"),
             "arms[0].device = simulated must be a map with the key type, such as {type: simulated}");
   EXPECT_EQ(refusal("    device: {port: /dev/ttyS0}\n"),
@@ -88,21 +90,26 @@ TEST(DeviceChoice, RefusesTwoDevicesOfOneHostOnOnePort) {
 
 TEST(DeviceChoice, RefusesTwoArmsOfOneController) {
   const auto two = [](const std::string& first, const std::string& second) {
-    return refusal("    device: {type: ros2_control" + first +
+    return refusal("    device: {type: " + first +
                    "}\n"
                    "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
                    "  - name: right\n"
                    "    urdf: urdf/puma560.urdf\n"
                    "    base: {xyz: [2, 0, 0]}\n"
-                   "    device: {type: ros2_control" +
+                   "    device: {type: " +
                    second + "}\n");
   };
-  EXPECT_EQ(two("", ", namespace: /right"), "nothing");
-  EXPECT_EQ(two("", ", domain: 3"), "nothing");
+  const std::string ros2 = "ros2_control";
+  EXPECT_EQ(two(ros2, ros2 + ", namespace: /right"), "nothing");
+  EXPECT_EQ(two(ros2, ros2 + ", domain: 3"), "nothing");
   EXPECT_EQ(
-      two("", ", joint_prefix: right_"),
+      two(ros2, ros2 + ", joint_prefix: right_"),
       "arms[1].device.controller must be another one: /joint_trajectory_controller in domain 0 of ROS 2 moves arm "
       "left already");
+  const std::string robot = "universal_robots, robot_ip: 192.168.0.1";
+  EXPECT_EQ(two(robot + "0", robot + "1"), "nothing");
+  EXPECT_EQ(two(robot + "0", robot + "0"),
+            "arms[1].device.robot_ip must be another one: the robot at 192.168.0.10 moves arm left already");
 }
 
 TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
@@ -121,6 +128,34 @@ TEST(DeviceChoice, GivesTheDeviceItsKeysAndTheArm) {
   EXPECT_EQ(given.period, std::chrono::milliseconds(2));
   EXPECT_EQ(given.start, file.cell.arms[0].arm.home());
   EXPECT_TRUE(given.where.ends_with("tiny.yaml: arms[0].device"));
+  EXPECT_EQ(given.forces.reason, "link shoulder has no mass in the robot description (<inertial>)");
+}
+
+TEST(DeviceChoice, GivesTheDeviceTheForcesOfTheArmInItsPlace) {
+  static device::DeviceSetup given;
+  const device::DeviceType serial{"serial", {}, [](const device::DeviceSetup& setup) {
+                                    given = setup;
+                                    return std::unique_ptr<device::ArmDevice>();
+                                  }};
+  // 2 kg half a metre from an axis along y of the base.
+  const test::TemporaryFolder folder;
+  folder.write("arm.urdf",
+               "<robot name='r'><link name='base'/><link name='arm'><inertial><origin xyz='0.5 0 0'/><mass value='2'/>"
+               "<inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>"
+               "<collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
+               "<joint name='turn' type='revolute'><parent link='base'/><child link='arm'/><axis xyz='0 -1 0'/>"
+               "<limit lower='-2' upper='2' velocity='1' effort='30'/></joint></robot>");
+  const auto force_on_base = [&](const std::string& rpy) {
+    const std::string text = "name: tiny\narms:\n  - {name: left, urdf: arm.urdf, base: {rpy: " + rpy +
+                             "}, poses: {home: [0]}, device: {type: serial}}\n";
+    (void)make_device(config::parse_cell_file(text, folder.path("tiny.yaml")), 0, "", std::span(&serial, 1));
+    const auto zero = device::JointVector::Zero(1);
+    return given.forces.of_motion(zero, zero, zero)[0];
+  };
+  EXPECT_NEAR(force_on_base("[0, 0, 0]"), 9.80665, 1e-9);
+  EXPECT_NEAR(force_on_base("[3.141592653589793, 0, 0]"), -9.80665, 1e-9) << "it hangs from the ceiling";
+  EXPECT_NEAR(force_on_base("[1.5707963267948966, 0, 0]"), 0.0, 1e-9) << "on a wall the axis carries it";
+  EXPECT_EQ(given.forces.limits, device::JointVector::Constant(1, 30.0));
 }
 
 const std::string kPlugins = HECATON_PLUGINS;
@@ -152,7 +187,7 @@ TEST(DeviceChoice, RefusesAPluginThatCannotBeUsed) {
   const std::string other = refusal(plugin_device("serial", kPlugins + "/other_interface.so"));
   EXPECT_TRUE(other.starts_with("arms[0].device.plugin = " + kPlugins +
                                 "/other_interface.so was built for another program: it has 'interface 0', this one has "
-                                "'interface 3, Eigen "))
+                                "'interface 4, Eigen "))
       << other;
   EXPECT_EQ(refusal(plugin_device("simulated", kPlugins + "/two_types.so")),
             "arms[0].device.type = simulated must be serial, can_bus or observed: its plug-in " + kPlugins +

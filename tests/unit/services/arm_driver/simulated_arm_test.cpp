@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "services/arm_driver/devices/simulated/options.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::device {
 namespace {
@@ -22,6 +23,7 @@ class SimulatedArmTest : public testing::Test {
     setup_.limits.velocity = JointVector::Constant(2, 2.0);
     setup_.limits.acceleration = JointVector::Constant(2, 20.0);
     setup_.start = JointVector::Zero(2);
+    setup_.joint_names = {"shoulder", "elbow"};
     setup_.period = kSimulatedPeriod;
     setup_.signals = {"protective_stop", "emergency_stop", "connection_lost", "speed_scaling"};
   }
@@ -70,6 +72,11 @@ TEST_F(SimulatedArmTest, RefusesWrongKeys) {
   EXPECT_EQ(refusal("dead_time", "2s"), "cell.yaml: arms[0].device.dead_time = 2s must be 0s to 0.3s");
   EXPECT_EQ(refusal("jitter", "5ms"), "cell.yaml: arms[0].device.jitter = 5ms must be 0s to 0s");
   EXPECT_EQ(refusal("damping", "1"), "cell.yaml: arms[0].device.damping = 1 must be 0 to 0.99");
+  EXPECT_EQ(refusal("protective_effort", "11"), "cell.yaml: arms[0].device.protective_effort = 11 must be 0 to 10");
+  setup_.forces.reason = "link wrist has no mass in the robot description (<inertial>)";
+  EXPECT_EQ(refusal("protective_effort", "1"),
+            "cell.yaml: arms[0].device.protective_effort needs masses and effort limits, but link wrist has no mass in "
+            "the robot description (<inertial>): complete it, or leave the key out");
 }
 
 TEST_F(SimulatedArmTest, StopsProtectivelyAboveItsSpeedUntilAPersonUnlocksIt) {
@@ -78,13 +85,59 @@ TEST_F(SimulatedArmTest, StopsProtectivelyAboveItsSpeedUntilAPersonUnlocksIt) {
   EXPECT_EQ(move(0.5, 200).mode, DeviceMode::kReady);
   const DeviceState stopped = move(1.8, 200);
   EXPECT_EQ(stopped.mode, DeviceMode::kProtectiveStop);
-  EXPECT_EQ(stopped.text, "protective stop: call 'hecaton device north unlock', then resume the arm");
+  EXPECT_EQ(stopped.text,
+            "protective stop, because joint shoulder moved at 1.8 rad/s, its limit is 1 rad/s: call 'hecaton device "
+            "north unlock', then resume the arm");
   EXPECT_TRUE(stopped.measured.qd.isZero());
   EXPECT_EQ(arm_->signal(0), 1.0);
   EXPECT_FALSE(arm_->continues_after_restart());
   EXPECT_FALSE(arm_->begin(DeviceOrder::kUnlock));
   EXPECT_TRUE(arm_->order_end());
   EXPECT_FALSE(arm_->order_end()) << "once";
+  EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).mode, DeviceMode::kReady);
+}
+
+TEST_F(SimulatedArmTest, StopsProtectivelyAboveItsForceUntilAPersonUnlocksIt) {
+  // A mass of 2 kg m² at each joint, and 3 N m of weight at the first one.
+  setup_.forces.of_motion = [](const JointVector& /*q*/, const JointVector& /*qd*/, const JointVector& qdd) {
+    JointVector force = 2.0 * qdd;
+    force[0] += 3.0;
+    return force;
+  };
+  setup_.forces.limits = JointVector::Constant(2, 20.0);
+  setup_.values = {{"protective_effort", "1"}};
+  make();
+  EXPECT_EQ(move(0.0, 500).mode, DeviceMode::kReady) << "its weight alone is no reason";
+  // 8 rad/s², the limit of the effort is at 8.5 rad/s².
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(move(0.016 * i, 1).mode, DeviceMode::kReady) << i;
+  for (int i = 100; i > 0; --i) ASSERT_EQ(move(0.016 * i, 1).mode, DeviceMode::kReady) << i;
+  // 12 rad/s², within the limit of the acceleration: 27 N m.
+  DeviceState stopped;
+  for (int i = 0; i < 100; ++i) stopped = move(0.024 * i, 1);
+  EXPECT_EQ(stopped.mode, DeviceMode::kProtectiveStop);
+  EXPECT_TRUE(stopped.text.starts_with("protective stop, because joint shoulder needed 20.")) << stopped.text;
+  EXPECT_TRUE(
+      stopped.text.ends_with(" N m, its limit is 20 N m: call 'hecaton device north unlock', then resume the arm"))
+      << stopped.text;
+  EXPECT_FALSE(arm_->begin(DeviceOrder::kUnlock));
+  EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).mode, DeviceMode::kReady);
+}
+
+TEST_F(SimulatedArmTest, StaysInAProtectiveStopWhenItsProcessEnds) {
+  const test::TemporaryFolder folder;
+  setup_.checkpoint = folder.path("north");
+  setup_.signals.clear();
+  setup_.values = {{"protective_speed", "1"}};
+  make();
+  EXPECT_EQ(move(1.8, 200).mode, DeviceMode::kProtectiveStop);
+  arm_.reset();
+  make();
+  EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).text,
+            "protective stop: call 'hecaton device north unlock', then resume the arm");
+  EXPECT_FALSE(arm_->continues_after_restart());
+  EXPECT_FALSE(arm_->begin(DeviceOrder::kUnlock));
+  arm_.reset();
+  make();
   EXPECT_EQ(arm_->read(now_ += kSimulatedPeriod).mode, DeviceMode::kReady);
 }
 
