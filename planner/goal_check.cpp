@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planner/collision/exact_distance.hpp"
+#include "planner/collision/own_shapes.hpp"
 #include "planner/local/goal_objective.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/whole_turns.hpp"
@@ -35,6 +36,20 @@ std::optional<Rejection> outside_limits(const Arm& arm, const JointVector& q) {
     }
   }
   return std::nullopt;
+}
+
+constexpr int kMostTouching = 64;  ///< pairs of bodies that are looked at
+/// A joint that moves the nearest points apart more slowly does not change their distance [m/rad | 1].
+constexpr double kChangesNothing = 1e-6;
+
+/// True if the bodies are apart, only a capsule around one of them touches, and no joint changes that. An example is
+/// the capsule of a turning base, which reaches into the table below. Such a pair is no reason against a goal.
+bool touches_by_capsule(const CellGeometry& geometry, const CellPoses& poses, const Clearance& clearance) {
+  if (clearance.counterpart == Counterpart::kSelf) return false;
+  JointVector row;
+  directional_jacobian(*geometry.own_arm().model, *poses.own, clearance.own_link, clearance.p_own_W, clearance.n_W,
+                       row);
+  return row.cwiseAbs().maxCoeff() < kChangesNothing && distance_of_own_shapes(geometry, poses, clearance) > 0.0;
 }
 
 constexpr double kDegree = std::numbers::pi / 180.0;
@@ -214,12 +229,17 @@ std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVe
   }
   Kinematics own;
   forward_kinematics(*arm.model, arm.X_WB, q_goal, own);
-  std::vector<Clearance> touching(1);
-  const int count = distance.clearances({&own, arms, obstacles}, {.others = 0.0, .self = 0.0}, touching);
-  if (count == 0 || touching[0].distance > 0.0) return std::nullopt;
-  const std::string other = lasting.other_name(touching[0]);
-  out << "goal is in collision: " << lasting.own_name(touching[0]) << " and " << other << " overlap by "
-      << -touching[0].distance * 1000.0 << " mm";
+  const CellPoses poses{&own, arms, obstacles};
+  std::vector<Clearance> near(kMostTouching);
+  near.resize(static_cast<std::size_t>(distance.clearances(poses, {.others = 0.0, .self = 0.0}, near)));
+  std::erase_if(near,
+                [&](const Clearance& pair) { return pair.distance > 0.0 || touches_by_capsule(lasting, poses, pair); });
+  if (near.empty()) return std::nullopt;
+  const Clearance& deepest = *std::min_element(
+      near.begin(), near.end(), [](const Clearance& a, const Clearance& b) { return a.distance < b.distance; });
+  const std::string other = lasting.other_name(deepest);
+  out << "goal is in collision: " << lasting.own_name(deepest) << " and " << other << " overlap by "
+      << -deepest.distance * 1000.0 << " mm";
   return Rejection{RejectionKind::kInCollision, other, out.str()};
 }
 

@@ -31,7 +31,8 @@ struct Rejection {
 
 /// Checks `q_goal` for the own arm of `geometry`: number of joints, finite values, limits, and collision. Collision is
 /// checked with the arm itself, with obstacles at their present poses, and with the fixed links of other arms. The
-/// moving links of other arms do not count. Returns nothing for a valid goal. Allocates.
+/// moving links of other arms do not count. Where no joint changes the distance of a pair, as between a turning base
+/// and a table, the bodies' own shapes count instead of capsules. Returns nothing for a valid goal. Allocates.
 [[nodiscard]] std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
                                                    std::span<const world::ObstacleState> obstacles);
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
+#include "planner/collision/own_shapes.hpp"
 #include "world/model/obstacle_motion.hpp"
 
 namespace hecaton::planner {
@@ -21,6 +23,8 @@ constexpr int kSpeedSamples = 64;
 /// Positions of the first joint at which links that only it moves are compared with static obstacles.
 constexpr int kFirstJointSamples = 32;
 constexpr int kMostNearPairs = 64;  ///< pairs of bodies that are compared in one posture
+/// How much deeper than necessary a capsule of a body that is apart may reach into an obstacle [m].
+constexpr double kCapsuleDepth = 1e-4;
 constexpr std::span<const int> kNoArms;
 
 bool of_arms(const Clearance& pair) {
@@ -136,7 +140,7 @@ bool RestClearance::clear_at(double time, const CellConfiguration& q) {
 
 bool RestClearance::touches_alone(int i, const JointVector& q) {
   place(i, q);
-  const auto touches = [](const Clearance& c) { return !of_arms(c) && c.distance <= 0.0; };
+  const auto touches = [&](const Clearance& c) { return !of_arms(c) && c.distance <= 0.0 && !unavoidably_near(i, c); };
   return near(i, 0.0, 0.0, sweep_.front(), touches, kNoArms);
 }
 
@@ -180,11 +184,13 @@ double RestClearance::rest_distance(int i) const {
 }
 
 // The largest distances of the bodies that one joint moves from static obstacles that they are near in every
-// posture, such as the turning base of an arm from a floor. No goal has such a pair farther apart.
+// posture, such as the turning base of an arm from a floor. No goal has such a pair farther apart. The distance is
+// negative when a capsule reaches into the obstacle; the bodies themselves are apart.
 RestClearance::Widest RestClearance::pairs_always_near(int i) {
   const Arm& arm = cell_.arms[i].arm;
   Widest widest;
   std::array<Clearance, kMostNearPairs> near_pairs;
+  std::set<std::array<int, 3>> touching;
   for (int joint = 0; joint < arm.model->joints(); ++joint) {
     if (!moves_a_link_alone(*arm.model, joint)) continue;
     const double lower = std::isfinite(arm.limits.lower[joint]) ? arm.limits.lower[joint] : -std::numbers::pi;
@@ -194,9 +200,9 @@ RestClearance::Widest RestClearance::pairs_always_near(int i) {
     for (int k = 0; k < kFirstJointSamples; ++k) {
       q[joint] = lower + (upper - lower) * k / (kFirstJointSamples - 1);
       place(i, q);
+      const CellPoses poses{&kinematics_[i], kinematics_, sweep_.front()};
       const int count =
-          distances_[i].clearances({&kinematics_[i], kinematics_, sweep_.front()},
-                                   {.others = rest_distance(i), .self = 0.0, .near_arms = kNoArms}, near_pairs);
+          distances_[i].clearances(poses, {.others = rest_distance(i), .self = 0.0, .near_arms = kNoArms}, near_pairs);
       for (const Clearance& c : std::span(near_pairs).first(count)) {
         if (c.counterpart != Counterpart::kObstacle || only_joint(*arm.model, c.own_link) != joint) continue;
         if (!std::holds_alternative<world::StaticMotion>(cell_.scene.obstacles[c.other].motion)) continue;
@@ -204,12 +210,13 @@ RestClearance::Widest RestClearance::pairs_always_near(int i) {
         ++times[pair];
         double& distance = widest.try_emplace(pair, c.distance).first->second;
         distance = std::max(distance, c.distance);
+        if (c.distance <= 0.0 && distance_of_own_shapes(geometries_[i], poses, c) <= 0.0) touching.insert(pair);
       }
     }
     std::erase_if(times, [](const auto& pair) { return pair.second == kFirstJointSamples; });
     for (const auto& [pair, _] : times) widest.erase(pair);
   }
-  std::erase_if(widest, [](const auto& pair) { return pair.second <= 0.0; });
+  std::erase_if(widest, [&](const auto& pair) { return pair.second <= 0.0 && touching.contains(pair.first); });
   return widest;
 }
 
@@ -217,7 +224,9 @@ RestClearance::Widest RestClearance::pairs_always_near(int i) {
 bool RestClearance::unavoidably_near(int i, const Clearance& pair) const {
   if (pair.counterpart != Counterpart::kObstacle) return false;
   const auto widest = always_near_[i].find({pair.own_body, pair.other, pair.other_body});
-  return widest != always_near_[i].end() && pair.distance >= kRestShare * widest->second;
+  if (widest == always_near_[i].end()) return false;
+  const double least = widest->second > 0.0 ? kRestShare * widest->second : widest->second - kCapsuleDepth;
+  return pair.distance >= least;
 }
 
 // Samples all scripts. All obstacles get as many samples as the one that needs most.

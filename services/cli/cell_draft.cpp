@@ -267,7 +267,7 @@ std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
     out << "    chain: [" << in_yaml_quotes(loaded.base_link) << ", " << in_yaml_quotes(draft.tool_link)
         << "]   # joints above it move another arm, too, and are held at 0: set them with joints: {NAME: VALUE}\n";
   } else if (!draft.tool_link.empty()) {
-    out << "    tool_link: " << draft.tool_link << "\n";
+    out << "    tool_link: " << in_yaml_quotes(draft.tool_link) << "\n";
   }
   out << "    base: " << base_text(draft.base) << "   # of the robot's root link in the world frame [m, rad]\n";
   if (loaded.assumed_velocity) {
@@ -409,6 +409,16 @@ void require_distinct_names(const std::vector<DraftArm>& drafts) {
   }
 }
 
+/// How to write two arms of the robot: "yumi:left_tool0 and yumi:right_tool0", or "my_robot.urdf:LINK".
+std::string example_of_two_arms(const std::string& robot) {
+  if (!fs::exists(robot) && config::is_robot_name(robot)) {
+    planner::SourceFiles sources;
+    const std::vector<config::RobotTool> tools = config::read_named_robot(robot, sources).tools;
+    if (tools.size() == 2) return robot + ":" + tools[0].link + " and " + robot + ":" + tools[1].link;
+  }
+  return config::printable(robot) + ":LINK";
+}
+
 /// Two robots cannot stand at one place, but two arms of one robot do.
 void require_distinct_places(const std::vector<DraftArm>& drafts) {
   for (std::size_t i = 0; i < drafts.size(); ++i) {
@@ -418,10 +428,11 @@ void require_distinct_places(const std::vector<DraftArm>& drafts) {
       const bool two_arms = !a.tool_link.empty() && !b.tool_link.empty() && a.tool_link != b.tool_link;
       if (two_arms || !is_same_robot_at_same_base(a, b)) continue;
       const std::string robot = config::printable(b.robot);
-      throw Failure(ExitCode::kBadInput,
-                    "arms " + a.name + " and " + b.name + " are the same robot at the same base: " + "give " + b.name +
-                        " another base, such as " + robot +
-                        "@\"1 0 0\"; two arms of one robot need a tool link each, as in " + robot + ":LINK");
+      throw Failure(ExitCode::kBadInput, "arms " + a.name + " and " + b.name +
+                                             " are the same robot at the same base: " + "give " + b.name +
+                                             " another base, such as " + robot +
+                                             "@\"1 0 0\"; two arms of one robot need a tool link each, as in " +
+                                             example_of_two_arms(b.robot));
     }
   }
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -20,6 +22,7 @@
 #include "services/command_line/options.hpp"
 #include "services/command_line/terminal.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 #include "services/config/validate.hpp"
 #include "services/runtime/join.hpp"
@@ -348,9 +351,20 @@ struct Options {
   RobotOptions robot;
 };
 
+/// The arms of a robot of the catalogue that has two, as words of `hecaton init`; empty: another robot.
+std::string both_arms(const std::string& robot) {
+  if (std::filesystem::exists(robot)) return {};
+  planner::SourceFiles sources;
+  const std::vector<config::RobotTool> tools = config::read_named_robot(robot, sources).tools;
+  if (tools.size() != 2) return {};
+  return "left=" + robot + ":" + tools[0].link + " right=" + robot + ":" + tools[1].link;
+}
+
 /// How to draft a cell with the robot.
 std::string first_steps(const Options& options) {
-  std::string text = "next: hecaton init -o cell.yaml left=" + shell_word(options.file) + "@\"0 0 0\"";
+  const std::string both = both_arms(options.file);
+  std::string text =
+      "next: hecaton init -o cell.yaml " + (both.empty() ? "left=" + shell_word(options.file) + "@\"0 0 0\"" : both);
   for (const auto& [name, folder] : options.robot.files.packages)
     text += " --package " + shell_word(name + "=" + folder);
   for (const auto& [name, value] : options.robot.files.xacro_arguments) {

@@ -138,7 +138,8 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, c
   urdf.default_acceleration.reset();
   urdf.default_velocity = options.default_velocity;
   name_file_options(urdf);
-  urdf.names.tool_link = "--tool LINK";
+  urdf.names.tool_link = "--tool LINK; for both arms: hecaton init left=" + config::printable(word) +
+                         ":LINK right=" + config::printable(word) + ":LINK";
   urdf.names.held_joints = std::string(kJoint) + " NAME=VALUE";
   urdf.names.default_velocity = kDefaultVelocity;
   urdf.names.allow_bare_links = kAllowBareLinks;

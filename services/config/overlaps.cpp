@@ -154,12 +154,23 @@ void check_bases(const planner::Cell& cell, const std::vector<Bodies>& arms, con
   }
 }
 
+/// What to do about an overlap with an obstacle that the arm carries; empty: it carries neither body.
+std::string remedy(const planner::Cell& cell, const NearestPair& pair) {
+  for (const world::Obstacle& obstacle : cell.scene.obstacles) {
+    if (!obstacle.attachment) continue;
+    const std::string carried = obstacle.attachment->arm + "/" + obstacle.name;
+    if (pair.a != carried && pair.b != carried) continue;
+    return "; change attached_to.pose of obstacle " + obstacle.name + ", which is in the tool frame, or this pose";
+  }
+  return {};
+}
+
 void check_self(const planner::Cell& cell, const planner::CellGeometry& geometry, int arm, const std::string& file) {
   for (const auto& [name, q] : cell.arms[arm].arm.named) {
     const NearestPair pair = nearest_self_pair(place_arm(cell.scene.obstacles, geometry, arm, q), geometry, 0.0);
     if (!pair.found) continue;
     throw ConfigError(arm_place(file, arm) + ".poses." + name + " must be free of self-collision, but " +
-                      overlap_text(pair));
+                      overlap_text(pair) + remedy(cell, pair));
   }
 }
 

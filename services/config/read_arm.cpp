@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "planner/cell_defaults.hpp"
@@ -266,7 +268,7 @@ class SharedRobots {
       planner::UrdfOptions chain;
       read_chain(arm, chain);
       const RobotSource source = robot_source(arm);
-      placed_.push_back({source.by_name, source.view.text(), read_pose(arm.own, "base"), chain.tool_link});
+      placed_.push_back({source.by_name, place_of(source), read_pose(arm.own, "base"), chain.tool_link});
     }
   }
 
@@ -286,23 +288,31 @@ class SharedRobots {
   }
 
  private:
+  /// Equal for all ways to write the path of a file.
+  static std::string place_of(const RobotSource& source) {
+    const std::string text = source.view.text();
+    if (source.by_name) return text;
+    std::error_code ignored;
+    return std::filesystem::absolute(beside(source.view.file(), text), ignored).lexically_normal().string();
+  }
+
   struct Placed {
     bool by_name;
-    std::string text;  ///< of the key `robot` or `urdf`
+    std::string place;  ///< the robot's name, or the path of its URDF
     planner::Pose X_WB;
     std::string tool_link;
   };
   [[nodiscard]] bool is_same_robot(int a, int b) const {
     const Placed& one = placed_[a];
     const Placed& two = placed_[b];
-    return one.by_name == two.by_name && one.text == two.text && one.X_WB.matrix() == two.X_WB.matrix() &&
+    return one.by_name == two.by_name && one.place == two.place && one.X_WB.matrix() == two.X_WB.matrix() &&
            !one.tool_link.empty() && !two.tool_link.empty() && one.tool_link != two.tool_link;
   }
 
   std::vector<Placed> placed_;
 };
 
-/// A joint that the first arm moves and that carries the second one.
+/// The last joint that the first arm moves and that carries the second one; empty: none.
 std::string carrying_joint(const planner::RobotModel& carrier, const planner::RobotModel& carried) {
   for (int i = carried.tool_link; i >= 0; i = carried.links[i].parent) {
     const planner::Link& link = carried.links[i];
@@ -311,6 +321,14 @@ std::string carrying_joint(const planner::RobotModel& carrier, const planner::Ro
     if (std::find(moved.begin(), moved.end(), name) != moved.end()) return name;
   }
   return {};
+}
+
+/// The link below the arm's joint of this name. A joint that carries no link of the arm has none: empty.
+std::string link_below(const planner::RobotModel& model, const std::string& joint) {
+  const auto found = std::find_if(model.links.begin(), model.links.end(), [&](const planner::Link& link) {
+    return link.joint >= 0 && !link.follows && model.joint_names[static_cast<std::size_t>(link.joint)] == joint;
+  });
+  return found == model.links.end() ? std::string() : found->name;
 }
 
 /// Poses in the root link's frame of the links that no joint of the arm moves, by name.
@@ -362,12 +380,15 @@ void check_shared_joints(const std::vector<ArmView>& views, const std::vector<pl
   for (std::size_t i = 0; i < arms.size(); ++i) {
     for (std::size_t j = 0; j < arms.size(); ++j) {
       if (i == j || !planner::same_robot(arms[i].arm, arms[j].arm)) continue;
-      const std::string joint = carrying_joint(*arms[i].arm.model, *arms[j].arm.model);
+      const planner::RobotModel& model = *arms[i].arm.model;
+      const std::string joint = carrying_joint(model, *arms[j].arm.model);
       if (joint.empty()) continue;
-      views[i].own.view().fail_with("joint " + joint + " of arm " + arms[i].arm.name + " moves arm " +
-                                    arms[j].arm.name +
-                                    ", too; hold it with chain: [BASE, TOOL], where BASE is a link " +
-                                    "below that joint, and set its position with joints");
+      const std::string base = link_below(model, joint);
+      views[i].own.view().fail_with(
+          "joint " + printable(joint) + " of arm " + arms[i].arm.name + " moves arm " + arms[j].arm.name +
+          ", too, which no arm may do; hold it with chain: [" + (base.empty() ? "a link below it" : printable(base)) +
+          ", " + printable(model.links[static_cast<std::size_t>(model.tool_link)].name) + "] at arm " +
+          arms[i].arm.name + ", and set its position with joints: {" + printable(joint) + ": 0} at both arms");
     }
   }
 }

@@ -36,6 +36,58 @@ TEST(GoalCheck, AcceptsAGoalWhereTheLinksOfAnotherArmAreNow) {
   EXPECT_FALSE(reject_goal(two, joints({0.0, 0.0}), {}));
 }
 
+/// A turret, a cylinder that turns on a floor, with a ball that swings about y at its top. The turret's fast shape is a
+/// capsule that reaches 60 mm into the floor, while the cylinder begins at height `bottom` [m].
+CellGeometry turret_on_floor(double bottom) {
+  auto model = std::make_shared<RobotModel>();
+  model->name = "turret";
+  model->links.resize(3);
+  model->links[0].name = "foot";
+  model->links[1] = {"turret", 0, JointType::kRevolute, "turn", Pose::Identity(), Eigen::Vector3d::UnitZ(), 0};
+  model->links[2] = {"ball", 1, JointType::kRevolute, "swing", Pose::Identity(), Eigen::Vector3d::UnitY(), 1};
+  model->links[2].X_PJ.translation().z() = 0.4;
+  for (Link& link : model->links) link.motion = joint_motion(link);
+  LinkGeometry& turret = model->geometry.emplace_back();
+  turret.link = 1;
+  turret.shape = world::Cylinder{0.1, 0.1};
+  turret.X_LS.translation().z() = bottom + 0.1;
+  turret.capsule.emplace();
+  turret.capsule->placed.capsule = {0.1, 0.06 + bottom};
+  LinkGeometry& ball = model->geometry.emplace_back();
+  ball.link = 2;
+  ball.shape = world::Sphere{0.05};
+  ball.X_LS.translation().x() = 0.6;
+  model->joint_names = {"turn", "swing"};
+  model->limits = {joints({-3, -3}), joints({3, 3}), joints({1, 1}), joints({4, 4})};
+  model->tool_link = 2;
+  Arm arm;
+  arm.name = "one";
+  arm.model = model;
+  arm.limits = model->limits;
+  arm.named["home"] = joints({0, 0});
+  CellGeometry geometry({arm}, 0);
+  const world::Obstacle floor = test::box_obstacle("floor", {0, 0, -0.05}, {2, 2, 0.05});
+  geometry.set_obstacles(std::span(&floor, 1));
+  return geometry;
+}
+
+world::ObstacleState floor_state() {
+  world::ObstacleState state;
+  state.X_WO.translation().z() = -0.05;
+  return state;
+}
+
+TEST(GoalCheck, AcceptsGoalsOfAnArmWhoseTurningBaseTouchesTheFloorByItsCapsuleOnly) {
+  const world::ObstacleState floor = floor_state();
+  EXPECT_FALSE(reject_goal(turret_on_floor(0.01), joints({0.7, 0.3}), std::span(&floor, 1)));
+  const auto ball = reject_goal(turret_on_floor(0.01), joints({0.7, 0.9}), std::span(&floor, 1));
+  ASSERT_TRUE(ball) << "the ball is in the floor";
+  EXPECT_TRUE(ball->text.starts_with("goal is in collision: one/ball and floor overlap by")) << ball->text;
+  const auto turret = reject_goal(turret_on_floor(-0.01), joints({0.7, 0.3}), std::span(&floor, 1));
+  ASSERT_TRUE(turret) << "the cylinder is in the floor";
+  EXPECT_TRUE(turret->text.starts_with("goal is in collision: one/turret and floor overlap by")) << turret->text;
+}
+
 TEST(GoalCheck, RejectsMalformedGoals) {
   const CellGeometry two({test::planar_point("a"), test::planar_point("b")}, 0);
   const auto short_one = reject_goal(two, joints({0.0}), {});

@@ -108,6 +108,22 @@ TEST_F(InitTest, NamesTheToolLinkOfTwoArmsAtOneBase) {
   const Ran open = run_line({"init", "-o", path("cell.yaml"), "a=" + path("twin.urdf")});
   EXPECT_EQ(open.code, ExitCode::kBadInput);
   EXPECT_NE(open.err.find("say which link is the tool (" + path("twin.urdf") + ":LINK"), std::string::npos) << open.err;
+  const Ran yumi = run_line({"init", "-o", path("cell.yaml"), "a=yumi", "b=yumi"});
+  EXPECT_NE(yumi.err.find("as in yumi:left_tool0 and yumi:right_tool0"), std::string::npos) << yumi.err;
+}
+
+TEST_F(InitTest, IsProposedByCheckForBothArmsOfOneRobot) {
+  const Ran yumi = run_line({"check", "yumi"});
+  EXPECT_TRUE(yumi.out.ends_with("next: hecaton init -o cell.yaml left=yumi:left_tool0 right=yumi:right_tool0\n"))
+      << yumi.out;
+  std::ofstream(path("twin.urdf")) << two_arms_on(
+      "<joint name=\"stand\" type=\"fixed\"><parent link=\"foot\"/><child link=\"body\"/></joint>");
+  const Ran twin = run_line({"check", path("twin.urdf")});
+  EXPECT_EQ(twin.code, ExitCode::kBadInput);
+  EXPECT_NE(twin.err.find("for both arms: hecaton init left=" + path("twin.urdf") + ":LINK right=" + path("twin.urdf") +
+                          ":LINK"),
+            std::string::npos)
+      << twin.err;
 }
 
 /// A robot of two joints whose xacro file has the argument `reach`, and whose meshes are in the package `parts`.

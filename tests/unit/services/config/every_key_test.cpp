@@ -491,6 +491,13 @@ TEST(ArmsOfOneRobotTest, ShareTheBodiesThatDoNotMove) {
   EXPECT_FALSE(has_link(left, "right_hand"));
 }
 
+TEST(ArmsOfOneRobotTest, AreOneRobotHoweverThePathIsWritten) {
+  const CellFile file = parse_cell_file(
+      two_arms("chain: [torso, left_tool]", "urdf: ../robots/../robots/./two_arms.urdf, chain: [torso, right_tool]"),
+      kKeyFile);
+  EXPECT_TRUE(planner::same_robot(file.cell.arms[0].arm, file.cell.arms[1].arm));
+}
+
 TEST(ArmsOfOneRobotTest, AreOtherRobotsAtOtherPlaces) {
   const CellFile file = parse_cell_file(
       two_arms("chain: [torso, left_tool]", "chain: [torso, right_tool], base: {xyz: [5, 0, 0]}"), kKeyFile);
@@ -504,7 +511,9 @@ TEST(ArmsOfOneRobotTest, AreRefusedIfOneMovesTheOther) {
     FAIL() << "was accepted";
   } catch (const ConfigError& error) {
     EXPECT_NE(
-        std::string(error.what()).find("arms[0]: joint waist of arm left moves arm right, too; hold it with chain"),
+        std::string(error.what())
+            .find("arms[0]: joint waist of arm left moves arm right, too, which no arm may do; hold it with chain: "
+                  "[torso, left_tool] at arm left, and set its position with joints: {waist: 0} at both arms"),
         std::string::npos)
         << error.what();
   }
