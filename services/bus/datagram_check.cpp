@@ -37,21 +37,32 @@ enum Id : std::uint8_t {
 namespace flag {
 constexpr std::uint8_t kLittleEndian = 1;
 constexpr std::uint8_t kParameters = 2;
+constexpr std::uint8_t kPayload = 4;
 constexpr std::uint8_t kKeyOnly = 8;
 }  // namespace flag
 /// Of parameter lists, section 9.6.2.2.2.
 namespace parameter {
 constexpr std::uint16_t kEnd = 0x0001;
+constexpr std::uint16_t kParticipantGuid = 0x0050;
+constexpr std::uint16_t kEndpointGuid = 0x005A;
+constexpr std::uint16_t kKeyHash = 0x0070;
 constexpr std::uint16_t kStatus = 0x0071;
 }  // namespace parameter
 /// The writer with which each participant announces itself (SPDP), section 9.3.1.3.
 constexpr std::array<std::uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xC2};
+/// Those that announce its writers and readers (SEDP), section 9.3.1.4.
+constexpr std::array<std::uint8_t, 4> kWriterAnnouncer{0x00, 0x00, 0x03, 0xC2};
+constexpr std::array<std::uint8_t, 4> kReaderAnnouncer{0x00, 0x00, 0x04, 0xC2};
 /// The writer of handshakes, DDS Security 1.1, section 7.4.6.1.
 constexpr std::array<std::uint8_t, 4> kAuthenticator{0x00, 0x02, 0x01, 0xC3};
 /// Of the last byte of an endpoint's identifier: neither bit is set in those of users (RTPS 2.2, section 9.3.1.2).
 constexpr std::uint8_t kBuiltin = 0xC0;
 constexpr std::size_t kHeader = 20;
 constexpr std::int64_t kLargestNumber = std::int64_t{1} << 62;
+
+bool is(const std::uint8_t* entity, const std::array<std::uint8_t, 4>& known) {
+  return std::equal(known.begin(), known.end(), entity);
+}
 
 std::optional<std::string_view> unless(bool good, std::string_view why) {
   return good ? std::nullopt : std::optional(why);
@@ -80,13 +91,17 @@ class DatagramCheck::Reader {
     at_ += bytes;
     return true;
   }
-  /// The identifier of an endpoint; its bytes have one order.
-  bool entity(std::uint8_t* to) {
-    if (at_ + 4 > body_.size()) return false;
-    std::copy_n(body_.data() + at_, 4, to);
-    at_ += 4;
+  /// Bytes that have one order.
+  bool bytes(std::uint8_t* to, std::size_t count) {
+    if (at_ + count > body_.size()) return false;
+    std::copy_n(body_.data() + at_, count, to);
+    at_ += count;
     return true;
   }
+  /// The identifier of an endpoint.
+  bool entity(std::uint8_t* to) { return bytes(to, 4); }
+  void set_order(bool little) { little_ = little; }
+  [[nodiscard]] std::size_t at() const { return at_; }
   bool number(std::int64_t& value) {
     std::uint32_t high = 0;
     std::uint32_t low = 0;
@@ -236,11 +251,48 @@ DatagramCheck::Protection DatagramCheck::protection(const Submessage& submessage
   return (writer.back() & kBuiltin) == kBuiltin ? Protection::kMissing : Protection::kForged;
 }
 
-std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Clock::time_point now) {
+template <class Visit>
+bool DatagramCheck::visit_parameters(Reader& list, Visit visit) {
+  std::uint16_t parameter = 0;
+  std::uint16_t length = 0;
+  while (list.read(parameter) && list.read(length)) {
+    if (parameter == parameter::kEnd) return true;
+    const std::size_t next = list.at() + ((length + 3U) & ~std::size_t{3});
+    if (!visit(parameter, length) || !list.skip(next - list.at())) return false;
+  }
+  return false;
+}
+
+// Fast DDS updates and removes whatever participant or endpoint such a sample names.
+bool DatagramCheck::speaks_of_itself(const Submessage& sample, const Sender& sender, Clock::time_point now) {
+  Reader list(sample.body, (sample.flags & flag::kLittleEndian) != 0);
+  std::uint16_t to_parameters = 0;
+  if (!list.skip(2) || !list.read(to_parameters) || !list.skip(to_parameters)) return true;
+  bool itself = true;
+  const auto check = [&](std::uint16_t parameter, std::uint16_t length) {
+    const bool names = parameter == parameter::kParticipantGuid || parameter == parameter::kEndpointGuid ||
+                       parameter == parameter::kKeyHash;
+    Prefix named{};
+    if (!names || length < named.size() || !list.bytes(named.data(), named.size())) return true;
+    itself = named == sender.participant || !sources_.refuse(named, sender.source, now);
+    return itself;
+  };
+  if ((sample.flags & flag::kParameters) != 0 && !visit_parameters(list, check)) return itself;
+  if ((sample.flags & (flag::kPayload | flag::kKeyOnly)) == 0) return itself;
+  std::array<std::uint8_t, 4> encapsulation{};
+  if (!list.bytes(encapsulation.data(), encapsulation.size())) return itself;
+  list.set_order((encapsulation[1] & 1U) != 0);
+  visit_parameters(list, check);
+  return itself;
+}
+
+std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Address source,
+                                                      Clock::time_point now) {
   if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return std::nullopt;
-  Prefix sender{};
-  std::copy_n(datagram.data() + 8, sender.size(), sender.begin());
-  std::optional<std::string_view> why;
+  Sender sender{.participant = {}, .source = source};
+  std::copy_n(datagram.data() + 8, sender.participant.size(), sender.participant.begin());
+  std::optional<std::string_view> why = sources_.refuse(sender.participant, source, now);
+  if (why) return why;
   const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
     // Fast DDS aborts the process otherwise.
     const bool is_last = std::to_address(submessage.body.end()) == std::to_address(datagram.end());
@@ -251,25 +303,28 @@ std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8
   return whole ? why : "a submessage is longer than its datagram";
 }
 
-std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessage, const Prefix& sender,
+std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessage, const Sender& sender,
                                                       Clock::time_point now) {
   Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
+  const Prefix& participant = sender.participant;
   Guid writer{};
-  std::copy(sender.begin(), sender.end(), writer.begin());
-  std::uint8_t* const entity = writer.data() + sender.size();
+  std::copy(participant.begin(), participant.end(), writer.begin());
+  std::uint8_t* const entity = writer.data() + participant.size();
   const auto endpoints = [&] { return reader.skip(4) && reader.entity(entity); };
   std::int64_t first = 0;
   std::int64_t last = 0;
   switch (submessage.id) {
     case submessage::kInfoSource: {  // signed messages name their sender again
       constexpr std::size_t kPrefixAt = 8;
-      const bool own = submessage.body.size() >= kPrefixAt + sender.size() &&
-                       std::equal(sender.begin(), sender.end(), submessage.body.begin() + kPrefixAt);
+      const bool own = submessage.body.size() >= kPrefixAt + participant.size() &&
+                       std::equal(participant.begin(), participant.end(), submessage.body.begin() + kPrefixAt);
       return unless(own, "a submessage speaks for another participant");
     }
     case submessage::kData: {
       if (!reader.skip(4) || !endpoints() || !reader.number(first)) return "a sample is cut off";
       if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
+      const bool discovery = is(entity, kAnnouncer) || is(entity, kWriterAnnouncer) || is(entity, kReaderAnnouncer);
+      if (discovery && !speaks_of_itself(submessage, sender, now)) return "it announces another participant";
       return unless(follows(writer, first, now), "the number of a sample leaps");
     }
     case submessage::kDataFragment: {
@@ -283,7 +338,7 @@ std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessa
       }
       if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
       if (sample_bytes > kMostSampleBytes) return "a fragmented sample is larger than 4 MiB";
-      if (std::equal(kAnnouncer.begin(), kAnnouncer.end(), entity)) return "an announcement comes in fragments";
+      if (is(entity, kAnnouncer)) return "an announcement comes in fragments";
       if (fragment < 1 || fragments < 1 || fragment_bytes < 1 || fragment_bytes > sample_bytes) {
         return "the numbers of a fragment are out of range";
       }

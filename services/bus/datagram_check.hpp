@@ -4,7 +4,8 @@
 /// Fast DDS 2.9.1 handles each number of a range on its own: a GAP over 2·10⁹ samples, or a HEARTBEAT whose first
 /// sample is 2⁶², takes a receiving thread for seconds or for ever, in a datagram of 52 bytes. It takes memory for the
 /// size that the first fragment of a sample announces. A sequence number that leaps makes a reader ignore all later
-/// samples of that writer. So the transport checks ranges, sizes and leaps before the middleware sees a datagram.
+/// samples of that writer. It takes what discovery says of a participant or endpoint from any sender. So the transport
+/// checks senders, ranges, sizes and leaps before the middleware sees a datagram.
 
 #include <array>
 #include <cstdint>
@@ -15,13 +16,15 @@
 #include <unordered_map>
 
 #include "services/bus/mailbox.hpp"
+#include "services/bus/participant_sources.hpp"
 
 namespace hecaton::bus {
 
-/// Thread-safe. Its memory is bounded by kWriters.
+/// Thread-safe. Its memory is bounded by kWriters and by ParticipantSources.
 class DatagramCheck {
  public:
-  using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
+  using Prefix = ParticipantSources::Prefix;  ///< of a participant's GUID
+  using Address = ParticipantSources::Address;
 
   /// Most samples that one GAP may skip beyond those that the writer has sent. Fast DDS takes 0.1 s for so many.
   static constexpr std::int64_t kMostSkipped = 1 << 17;
@@ -43,7 +46,9 @@ class DatagramCheck {
 
   /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,
   /// because the middleware ignores them.
-  [[nodiscard]] std::optional<std::string_view> refuse(std::span<const std::uint8_t> datagram, Clock::time_point now);
+  /// `source`: the socket that has sent it.
+  [[nodiscard]] std::optional<std::string_view> refuse(std::span<const std::uint8_t> datagram, Address source,
+                                                       Clock::time_point now);
   /// True when a participant announces that it leaves (RTPS 2.2, section 8.5.3.2). The middleware must not receive it.
   /// Fast DDS 2.9.1 and 3.1 abort the process when a departure meets their check of that participant's lease. An
   /// intruder could also forge it. The lease removes a participant that has left.
@@ -58,6 +63,8 @@ class DatagramCheck {
   [[nodiscard]] static Protection protection(std::span<const std::uint8_t> datagram);
   /// The participant has left or was found again: its writers may continue with any number.
   void forget(const Prefix& participant);
+  /// The participant has left: it may return with other sockets.
+  void unbind(const Prefix& participant) { sources_.forget(participant); }
 
  private:
   using Guid = std::array<std::uint8_t, 16>;
@@ -78,6 +85,10 @@ class DatagramCheck {
   [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now);
 
   class Reader;
+  struct Sender {
+    Prefix participant;
+    Address source;
+  };
   struct Submessage {
     std::uint8_t id;
     std::uint8_t flags;
@@ -88,9 +99,15 @@ class DatagramCheck {
   static bool visit_submessages(std::span<const std::uint8_t> datagram, Visit visit);
   [[nodiscard]] static bool is_departure(const Submessage& submessage);
   [[nodiscard]] static Protection protection(const Submessage& submessage);
-  [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Prefix& sender,
+  [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Sender& sender,
                                                        Clock::time_point now);
+  /// Of a sample of discovery: false when it speaks of a participant for which its sender may not speak.
+  [[nodiscard]] bool speaks_of_itself(const Submessage& sample, const Sender& sender, Clock::time_point now);
+  /// Visits the parameters of a list until `visit` returns false. False: it has, or the list is cut off.
+  template <class Visit>
+  static bool visit_parameters(Reader& list, Visit visit);
 
+  ParticipantSources sources_;
   std::mutex mutex_;
   std::unordered_map<Guid, Writer, Hash> writers_;
 };

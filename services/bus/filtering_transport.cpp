@@ -53,7 +53,7 @@ class FilteringTransport : public FrontTransport {
       if (protection == DatagramCheck::Protection::kForged) return refuse(sender, "it is not encrypted", remote);
       if (protection == DatagramCheck::Protection::kMissing) return;
     }
-    if (const auto malformed = filter_->datagrams.refuse({data, size}, Clock::now())) {
+    if (const auto malformed = filter_->datagrams.refuse({data, size}, address_of(remote), Clock::now())) {
       return refuse(sender, *malformed, remote);
     }
     if (filter_->quarantine.is_revoked(sender)) return refuse(sender, "its keys are revoked", remote);

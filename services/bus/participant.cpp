@@ -416,6 +416,7 @@ void Participant::Impl::note_match(const EndpointId& peer) {
 void Participant::Impl::note_addresses(const PeerEvent& event) {
   const auto prefix = prefix_of(event.guid);
   filter_->datagrams.forget(prefix);
+  if (event.kind != PeerEvent::Kind::kFound) filter_->datagrams.unbind(prefix);
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
   std::vector<PeerQuarantine::Address> addresses;

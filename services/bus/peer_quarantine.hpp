@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "services/bus/mailbox.hpp"
+#include "services/bus/participant_sources.hpp"
 #include "services/bus/rediscovery.hpp"
 
 namespace hecaton::bus {
@@ -35,24 +36,20 @@ namespace hecaton::bus {
 /// Thread-safe.
 class PeerQuarantine {
  public:
-  using Prefix = std::array<std::uint8_t, 12>;    ///< of a participant's GUID
+  using Prefix = ParticipantSources::Prefix;      ///< of a participant's GUID
   using Beginning = std::array<std::uint8_t, 6>;  ///< of the prefixes of an identity, see GuidBeginning
   /// IPv4 address and port, see address_of().
-  using Address = std::uint64_t;
+  using Address = ParticipantSources::Address;
   static Address address_of(std::uint32_t ipv4, std::uint16_t port) { return Address{ipv4} << 16U | port; }
 
   explicit PeerQuarantine(Clock::duration lease) : lease_(lease) {}
 
-  /// Discovery has found a participant that receives at these addresses and announces this lease. A former peer with
-  /// one of the addresses is gone.
+  /// Discovery has found a participant that receives at these addresses and announces this lease.
   void found(const Prefix& peer, std::vector<Address> addresses, Clock::duration lease, Clock::time_point now) {
     const std::scoped_lock lock(mutex_);
-    for (auto entry = peers_.begin(); entry != peers_.end();) {
-      const bool replaced = entry->first != peer && entry->second.has_any(addresses);
-      // Found before update() has ended its quarantine: a later update() must not forget the peer.
-      const bool returned = entry->first == peer && entry->second.quarantined && now >= entry->second.back;
-      entry = replaced || returned ? forget(entry) : std::next(entry);
-    }
+    // Found before update() has ended its quarantine: a later update() must not forget the peer.
+    const auto former = peers_.find(peer);
+    if (former != peers_.end() && former->second.quarantined && now >= former->second.back) forget(former);
     Peer& known = peers_[peer];
     known.heard = std::max(known.heard, now);
     known.addresses = std::move(addresses);
@@ -101,10 +98,16 @@ class PeerQuarantine {
   }
   /// Cheap enough for every datagram that is sent.
   [[nodiscard]] bool any_quarantined() const { return quarantined_.load() > 0; }
+  /// False also when another peer receives there: the quarantined one is gone, or it has forged the address.
   [[nodiscard]] bool is_quarantined(Address address) const {
     const std::scoped_lock lock(mutex_);
-    return std::any_of(peers_.begin(), peers_.end(),
-                       [&](const auto& entry) { return entry.second.quarantined && entry.second.has_any({address}); });
+    bool quarantined = false;
+    for (const auto& [prefix, peer] : peers_) {
+      if (!peer.has(address)) continue;
+      if (!peer.quarantined) return false;
+      quarantined = true;
+    }
+    return quarantined;
   }
 
   /// Begins and ends quarantines; for one thread. Silence before `since` does not count, because this process did not
@@ -131,8 +134,8 @@ class PeerQuarantine {
     bool may_be_silent = false;  ///< its lease is longer
     std::vector<Address> addresses;
 
-    [[nodiscard]] bool has_any(const std::vector<Address>& others) const {
-      return std::find_first_of(addresses.begin(), addresses.end(), others.begin(), others.end()) != addresses.end();
+    [[nodiscard]] bool has(Address address) const {
+      return std::find(addresses.begin(), addresses.end(), address) != addresses.end();
     }
   };
   using Peers = std::map<Prefix, Peer>;

@@ -41,6 +41,16 @@ class RtpsDatagram {
     body.put16(1).put16(0);
     return submessage(0x15, body.bytes, flags | 2U);
   }
+  /// A sample of discovery that speaks of `named`, behind `identifier` of its payload or, with `inlined`, before it.
+  RtpsDatagram& discovery(std::int64_t number, std::uint16_t identifier, const Prefix& named, bool inlined = false) {
+    Body body;
+    body.put16(0).put16(16).entity(0).entity(entity_).number(number);
+    if (!inlined) body.put16(0x0300).put16(0);
+    body.put16(identifier).put16(16);
+    body.bytes.insert(body.bytes.end(), named.begin(), named.end());
+    body.entity(0x00000103).put16(1).put16(0);
+    return submessage(0x15, body.bytes, inlined ? 2 : 4);
+  }
   RtpsDatagram& fragment(std::int64_t number, std::uint32_t fragment, std::uint16_t fragments, std::uint16_t size,
                          std::uint32_t sample) {
     Body body;

@@ -12,12 +12,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t length = input.byte() | static_cast<std::size_t>(input.byte()) << 8U;
     const fuzz::View datagram = input.take(length);
     static_cast<void>(bus::DatagramCheck::announces_departure(datagram));
-    static_cast<void>(check.refuse(datagram, now));
+    static_cast<void>(check.refuse(datagram, length % 3, now));
     now += std::chrono::milliseconds(length % 4096);
     if (length % 61 == 0 && datagram.size() >= 20) {
       bus::DatagramCheck::Prefix sender{};
       std::copy_n(datagram.begin() + 8, sender.size(), sender.begin());
       check.forget(sender);
+      check.unbind(sender);
     }
   }
   return 0;

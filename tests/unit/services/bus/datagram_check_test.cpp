@@ -1,5 +1,6 @@
 #include "services/bus/datagram_check.hpp"
 
+#include <initializer_list>
 #include <limits>
 #include <random>
 #include <vector>
@@ -18,7 +19,12 @@ constexpr std::int64_t kHuge = std::int64_t{1} << 62;
 
 class DatagramCheckTest : public testing::Test {
  protected:
-  bool refused(const RtpsDatagram& datagram) { return check_.refuse(datagram.bytes(), now_).has_value(); }
+  static constexpr DatagramCheck::Address kSource = 11;
+  static constexpr DatagramCheck::Address kOther = 22;
+
+  bool refused(const RtpsDatagram& datagram, DatagramCheck::Address source = kSource) {
+    return check_.refuse(datagram.bytes(), source, now_).has_value();
+  }
 
   DatagramCheck check_;
   Clock::time_point now_{100s};
@@ -36,9 +42,9 @@ TEST_F(DatagramCheckTest, PassesWhatAStreamSends) {
 }
 
 TEST_F(DatagramCheckTest, PassesOtherProtocols) {
-  EXPECT_EQ(check_.refuse({}, now_), std::nullopt);
+  EXPECT_EQ(check_.refuse({}, kSource, now_), std::nullopt);
   const std::vector<std::uint8_t> other(100, 7);
-  EXPECT_EQ(check_.refuse(other, now_), std::nullopt);
+  EXPECT_EQ(check_.refuse(other, kSource, now_), std::nullopt);
 }
 
 TEST_F(DatagramCheckTest, RefusesAbsurdRanges) {
@@ -85,6 +91,79 @@ TEST_F(DatagramCheckTest, RefusesLeapsOfAWriter) {
   EXPECT_FALSE(refused(RtpsDatagram().data(100'000'000))) << "found again";
 }
 
+TEST_F(DatagramCheckTest, RefusesOtherSocketsThanThoseOfTheParticipant) {
+  ASSERT_FALSE(refused(RtpsDatagram().data(1)));
+  ASSERT_FALSE(refused(RtpsDatagram().data(2), kOther)) << "it has two";
+  now_ += ParticipantSources::kSettling + 1s;
+  EXPECT_FALSE(refused(RtpsDatagram().data(3)));
+  EXPECT_FALSE(refused(RtpsDatagram().data(4), kOther));
+  EXPECT_TRUE(refused(RtpsDatagram().data(5), 33));
+  EXPECT_TRUE(refused(RtpsDatagram().heartbeat(1, 40), 33));
+  EXPECT_FALSE(refused(RtpsDatagram({9}).data(5), 33)) << "another participant";
+  check_.forget(RtpsDatagram::prefix());
+  EXPECT_TRUE(refused(RtpsDatagram().data(6), 33)) << "found again, but it had not left";
+  check_.unbind(RtpsDatagram::prefix());
+  EXPECT_FALSE(refused(RtpsDatagram().data(6), 33)) << "it has left";
+}
+
+TEST_F(DatagramCheckTest, AcceptsNewSocketsOfAParticipantThatWasSilent) {
+  ASSERT_FALSE(refused(RtpsDatagram().data(1)));
+  now_ += ParticipantSources::kSilence;
+  EXPECT_TRUE(refused(RtpsDatagram().data(2), kOther));
+  now_ += 1s;
+  EXPECT_FALSE(refused(RtpsDatagram().data(2), kOther));
+  now_ += ParticipantSources::kSettling + 1s;
+  EXPECT_TRUE(refused(RtpsDatagram().data(3)));
+}
+
+TEST_F(DatagramCheckTest, BoundsTheSocketsOfAParticipantAndTheParticipantsOfASocket) {
+  for (std::size_t i = 0; i < ParticipantSources::kSockets; ++i) ASSERT_FALSE(refused(RtpsDatagram().data(1), 100 + i));
+  EXPECT_TRUE(refused(RtpsDatagram().data(1), 99));
+  const auto prefix = [](std::size_t i) {
+    return RtpsDatagram::Prefix{7, static_cast<std::uint8_t>(i >> 8U), static_cast<std::uint8_t>(i)};
+  };
+  for (std::size_t i = 0; i < ParticipantSources::kSpokenFor; ++i) {
+    ASSERT_FALSE(refused(RtpsDatagram(prefix(i)).data(1), kOther));
+  }
+  EXPECT_TRUE(refused(RtpsDatagram({8}).data(1), kOther));
+  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1))) << "of another socket";
+  now_ += ParticipantSources::kSilence + 1s;
+  EXPECT_FALSE(refused(RtpsDatagram({8, 1}).data(1), kOther)) << "the others are silent";
+}
+
+TEST_F(DatagramCheckTest, BoundsTheParticipantsOfADomain) {
+  std::size_t accepted = 0;
+  for (std::size_t i = 0; i < 2 * ParticipantSources::kParticipants; ++i) {
+    const RtpsDatagram::Prefix prefix{7, static_cast<std::uint8_t>(i >> 8U), static_cast<std::uint8_t>(i)};
+    if (!refused(RtpsDatagram(prefix).data(1), i)) ++accepted;
+  }
+  EXPECT_EQ(accepted, ParticipantSources::kParticipants);
+  now_ += ParticipantSources::kSilence + 1s;
+  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1), kOther)) << "the others are silent";
+}
+
+TEST_F(DatagramCheckTest, RefusesDiscoveryOfAnotherParticipant) {
+  constexpr RtpsDatagram::Prefix kVictim{9, 9, 9};
+  const RtpsDatagram::Prefix own = RtpsDatagram::prefix();
+  ASSERT_FALSE(refused(RtpsDatagram(kVictim).data(1), kOther));
+  now_ += ParticipantSources::kSettling + 1s;
+  ASSERT_FALSE(refused(RtpsDatagram(kVictim).data(2), kOther)) << "it lives";
+  for (const std::uint32_t writer : {0x000100C2U, 0x000003C2U, 0x000004C2U}) {
+    for (const std::uint16_t identifier : std::initializer_list<std::uint16_t>{0x50, 0x5A, 0x70}) {
+      for (const bool inlined : {false, true}) {
+        const auto speaks_of = [&](const RtpsDatagram::Prefix& named) {
+          return RtpsDatagram().writer(writer).discovery(1, identifier, named, inlined);
+        };
+        EXPECT_FALSE(refused(speaks_of(own)));
+        EXPECT_TRUE(refused(speaks_of(kVictim))) << std::hex << writer << ' ' << identifier << ' ' << inlined;
+        EXPECT_FALSE(refused(speaks_of({9, 9, 8}))) << "a participant of the same process, as Cyclone DDS may do";
+      }
+    }
+  }
+  EXPECT_FALSE(refused(RtpsDatagram().writer(0x00000102).discovery(1, 0x50, kVictim))) << "a topic's sample";
+  EXPECT_TRUE(refused(RtpsDatagram().data(1).writer(0x000003C2).discovery(2, 0x5A, kVictim))) << "the second of two";
+}
+
 TEST_F(DatagramCheckTest, RefusesSubmessagesForOthersAndBeyondTheEnd) {
   EXPECT_TRUE(refused(RtpsDatagram().submessage(0x0C, std::vector<std::uint8_t>(20))));
   const RtpsDatagram::Prefix own = RtpsDatagram::prefix();
@@ -93,7 +172,7 @@ TEST_F(DatagramCheckTest, RefusesSubmessagesForOthersAndBeyondTheEnd) {
   EXPECT_FALSE(refused(RtpsDatagram().submessage(0x0C, sender))) << "a signed message names its sender";
   auto cut = RtpsDatagram().heartbeat(1, 5).bytes();
   cut.resize(cut.size() - 3);
-  EXPECT_TRUE(check_.refuse(cut, now_));
+  EXPECT_TRUE(check_.refuse(cut, kSource, now_));
 }
 
 // Fast DDS aborts the process when statistics stand elsewhere.
@@ -111,7 +190,7 @@ TEST_F(DatagramCheckTest, LooksForSubmessagesAtMultiplesOfFourBytes) {
   bytes.insert(bytes.end(), 3, 0);
   const auto second = RtpsDatagram().heartbeat(std::int64_t{1} << 62, std::int64_t{1} << 62).bytes();
   bytes.insert(bytes.end(), second.begin() + 20, second.end());
-  EXPECT_TRUE(check_.refuse(bytes, now_));
+  EXPECT_TRUE(check_.refuse(bytes, kSource, now_));
 }
 
 TEST_F(DatagramCheckTest, RecognisesAnAnnouncedDeparture) {
@@ -166,7 +245,7 @@ TEST_F(DatagramCheckTest, SurvivesRandomAndTruncatedDatagrams) {
     for (int flips = 0; flips < 4; ++flips)
       bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
     bytes.resize(random() % (bytes.size() + 1));
-    static_cast<void>(check_.refuse(bytes, now_));
+    static_cast<void>(check_.refuse(bytes, kSource, now_));
     static_cast<void>(DatagramCheck::announces_departure(bytes));
     static_cast<void>(DatagramCheck::protection(bytes));
   }

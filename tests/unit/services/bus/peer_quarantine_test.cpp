@@ -110,7 +110,15 @@ TEST(PeerQuarantine, EndsWhenASuccessorAppearsAtTheSameAddress) {
   ASSERT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
   silence.quarantine.found({3}, {kPeerAddress}, 2s, silence.now);
   EXPECT_FALSE(silence.quarantine.is_quarantined(kPeerAddress));
-  EXPECT_FALSE(silence.quarantine.any_quarantined());
+}
+
+TEST(PeerQuarantine, SparesAPeerWhoseAddressAnotherAnnounces) {
+  Silence silence;
+  silence.quarantine.found({3}, {kOtherAddress}, 2s, silence.now);
+  silence.last(1650ms);
+  EXPECT_FALSE(silence.quarantine.accepts({3}, silence.now)) << "it is silent";
+  EXPECT_TRUE(silence.quarantine.accepts(kOther, silence.now));
+  EXPECT_FALSE(silence.quarantine.is_quarantined(kOtherAddress));
 }
 
 // This process did not receive for a while, so the peer's silence did not count; but Fast DDS has counted it.
