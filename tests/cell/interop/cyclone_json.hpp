@@ -9,6 +9,7 @@
 
 extern "C" {
 #include "arm.h"
+#include "discovery.h"
 #include "goal.h"
 #include "ros2.h"
 }
@@ -186,4 +187,88 @@ inline void to_json(Json& json, const visualization_msgs_msg_Marker& m) {
 }
 inline void to_json(Json& json, const visualization_msgs_msg_MarkerArray& m) {
   json = {{"markers", m.markers}};
+}
+inline void to_json(Json& json, const geometry_msgs_msg_Twist& m) {
+  json = {{"linear", m.linear}, {"angular", m.angular}};
+}
+inline void to_json(Json& json, const trajectory_msgs_msg_JointTrajectoryPoint& m) {
+  json = {{"positions", m.positions},
+          {"velocities", m.velocities},
+          {"accelerations", m.accelerations},
+          {"effort", m.effort},
+          {"time_from_start", m.time_from_start}};
+}
+inline void to_json(Json& json, const trajectory_msgs_msg_MultiDOFJointTrajectoryPoint& m) {
+  json = {{"transforms", m.transforms},
+          {"velocities", m.velocities},
+          {"accelerations", m.accelerations},
+          {"time_from_start", m.time_from_start}};
+}
+inline void to_json(Json& json, const unique_identifier_msgs_msg_UUID& m) {
+  json = {{"uuid", m.uuid}};
+}
+inline void to_json(Json& json, const std_srvs_srv_Trigger_Response& m) {
+  json = {{"success", m.success}, {"message", m.message}};
+}
+inline void to_json(Json& json, const action_msgs_msg_GoalInfo& m) {
+  json = {{"goal_id", m.goal_id}, {"stamp", m.stamp}};
+}
+inline void to_json(Json& json, const action_msgs_msg_GoalStatus& m) {
+  json = {{"goal_info", m.goal_info}, {"status", m.status}};
+}
+inline void to_json(Json& json, const action_msgs_msg_GoalStatusArray& m) {
+  json = {{"status_list", m.status_list}};
+}
+inline void to_json(Json& json, const action_msgs_srv_CancelGoal_Response& m) {
+  json = {{"return_code", m.return_code}, {"goals_canceling", m.goals_canceling}};
+}
+inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_Result& m) {
+  json = {{"error_code", m.error_code}, {"error_string", m.error_string}};
+}
+inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_SendGoal_Response& m) {
+  json = {{"accepted", m.accepted}, {"stamp", m.stamp}};
+}
+inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_GetResult_Response& m) {
+  json = {{"status", m.status}, {"result", m.result}};
+}
+inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_Feedback& m) {
+  json = {{"header", m.header},
+          {"joint_names", m.joint_names},
+          {"desired", m.desired},
+          {"actual", m.actual},
+          {"error", m.error},
+          {"multi_dof_joint_names", m.multi_dof_joint_names},
+          {"multi_dof_desired", m.multi_dof_desired},
+          {"multi_dof_actual", m.multi_dof_actual},
+          {"multi_dof_error", m.multi_dof_error}};
+}
+inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_FeedbackMessage& m) {
+  json = {{"goal_id", m.goal_id}, {"feedback", m.feedback}};
+}
+
+// discovery.idl
+inline void to_json(Json& json, const rmw_dds_common_msg_Gid& m) {
+  json = {{"data", m.data}};
+}
+inline void to_json(Json& json, const rmw_dds_common_humble_Gid& m) {
+  json = {{"data", m.data}};
+}
+template <class Node>
+void node_to_json(Json& json, const Node& m) {
+  json = {{"node_namespace", m.node_namespace},
+          {"node_name", m.node_name},
+          {"reader_gid_seq", m.reader_gid_seq},
+          {"writer_gid_seq", m.writer_gid_seq}};
+}
+inline void to_json(Json& json, const rmw_dds_common_msg_NodeEntitiesInfo& m) {
+  node_to_json(json, m);
+}
+inline void to_json(Json& json, const rmw_dds_common_humble_NodeEntitiesInfo& m) {
+  node_to_json(json, m);
+}
+inline void to_json(Json& json, const rmw_dds_common_msg_ParticipantEntitiesInfo& m) {
+  json = {{"gid", m.gid}, {"node_entities_info_seq", m.node_entities_info_seq}};
+}
+inline void to_json(Json& json, const rmw_dds_common_humble_ParticipantEntitiesInfo& m) {
+  json = {{"gid", m.gid}, {"node_entities_info_seq", m.node_entities_info_seq}};
 }

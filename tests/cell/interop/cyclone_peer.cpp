@@ -71,7 +71,18 @@ const std::map<std::string, Type> kTypes{
     {"sensor_msgs::msg::JointState", TYPE(sensor_msgs_msg_JointState)},
     {"diagnostic_msgs::msg::DiagnosticArray", TYPE(diagnostic_msgs_msg_DiagnosticArray)},
     {"diagnostic_msgs::msg::DiagnosticStatus", TYPE(diagnostic_msgs_msg_DiagnosticStatus)},
-    {"visualization_msgs::msg::MarkerArray", TYPE(visualization_msgs_msg_MarkerArray)}};
+    {"visualization_msgs::msg::MarkerArray", TYPE(visualization_msgs_msg_MarkerArray)},
+    {"std_srvs::srv::Trigger_Response", TYPE(std_srvs_srv_Trigger_Response)},
+    {"action_msgs::msg::GoalStatusArray", TYPE(action_msgs_msg_GoalStatusArray)},
+    {"action_msgs::srv::CancelGoal_Response", TYPE(action_msgs_srv_CancelGoal_Response)},
+    {"control_msgs::action::FollowJointTrajectory_SendGoal_Response",
+     TYPE(control_msgs_action_FollowJointTrajectory_SendGoal_Response)},
+    {"control_msgs::action::FollowJointTrajectory_GetResult_Response",
+     TYPE(control_msgs_action_FollowJointTrajectory_GetResult_Response)},
+    {"control_msgs::action::FollowJointTrajectory_FeedbackMessage",
+     TYPE(control_msgs_action_FollowJointTrajectory_FeedbackMessage)},
+    {"rmw_dds_common::msg::ParticipantEntitiesInfo", TYPE(rmw_dds_common_msg_ParticipantEntitiesInfo)},
+    {"rmw_dds_common::humble::ParticipantEntitiesInfo", TYPE(rmw_dds_common_humble_ParticipantEntitiesInfo)}};
 
 /// The name of a type on the wire: ROS 2 puts "dds_::" before it and "_" behind it.
 std::string wire_name(const std::string& type) {
@@ -169,7 +180,7 @@ struct Watch {
     }
     const Type& of = kTypes.at(type);
     out << Json{{"topic", topic}, {"type", type}, {"cdr", hex}, {"value", of.decode(*of.descriptor, data)}} << '\n';
-    constexpr std::size_t kTold = 1000;
+    constexpr std::size_t kTold = 100;
     if (++seen % kTold == 0) std::fprintf(stderr, "%s: %zu samples\n", topic.c_str(), seen);  // a test waits for a sign
   }
 };
@@ -188,7 +199,7 @@ int watch(const Peer& peer, const std::string& path, std::span<const std::string
   }
   std::size_t most = 0;
   for (const Watch& one : watches) most = std::max(most, one.wanted);
-  const auto until = Clock::now() + kLong + std::chrono::milliseconds(30) * most;
+  const auto until = Clock::now() + kLong + std::chrono::milliseconds(100) * most;
   const auto complete = [](const Watch& one) { return one.seen >= one.wanted; };
   while (!std::all_of(watches.begin(), watches.end(), complete)) {
     for (const Watch& one : watches) {

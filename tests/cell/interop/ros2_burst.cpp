@@ -3,7 +3,8 @@
 ///
 /// usage: ros2_burst CELL
 ///
-/// It publishes all topics 200 times a second in the domain ros2.domain of the cell file, until it is ended.
+/// It publishes all topics, replies of the services and the action, and the announcements of nodes 200 times a second
+/// in the domain ros2.domain of the cell file, until it is ended.
 
 #include <chrono>
 #include <cstdio>
@@ -22,6 +23,8 @@
 #include "services/config/cell_file.hpp"
 #include "services/messages/convert.hpp"
 #include "services/ros2/cell_publisher.hpp"
+#include "services/ros2/node_graph.hpp"
+#include "tests/cell/interop/random_message.hpp"
 
 namespace {
 
@@ -90,16 +93,9 @@ class RandomCell {
     sample.received = bus::Clock::now();
     return sample;
   }
-  /// 0 to `below` − 1.
-  int count(int below) { return static_cast<int>(random_.next() % static_cast<std::uint64_t>(below)); }
-  double number() { return std::ldexp(random_.normal(), count(20) - 10); }
-  /// Of 0 to 40 letters of one to three bytes.
-  std::string text() {
-    constexpr const char* kLetters[] = {"a", "B", "7", " ", "/", "\"", "\\", "–", "ü", "π", "→"};
-    std::string text;
-    for (int i = count(41); i > 0; --i) text += kLetters[count(11)];
-    return text;
-  }
+  int count(int below) { return test::random_count(random_, below); }  ///< 0 to `below` − 1
+  double number() { return test::random_number(random_); }
+  std::string text() { return test::random_text(random_); }
   world::Pose pose() {
     world::Pose X;
     X.translation() = Eigen::Vector3d(number(), number(), number());
@@ -199,10 +195,78 @@ class RandomCell {
   std::uint64_t number_ = 0;
 };
 
+/// The action and the orders of one arm, and announcements of nodes. The replies answer no request.
+class RandomAnswers {
+ public:
+  RandomAnswers(bus::Participant& participant, const std::string& arm)
+      : action_(arm + "/follow_joint_trajectory/_action/"),
+        send_goal_(participant, ros2::service_of(action_ + "send_goal", ros2::type::kSendTrajectory), mailbox_),
+        cancel_goal_(participant, ros2::service_of(action_ + "cancel_goal", ros2::type::kCancelGoal), mailbox_),
+        get_result_(participant, ros2::service_of(action_ + "get_result", ros2::type::kTrajectoryResult), mailbox_),
+        stop_(participant, ros2::service_of(arm + "/stop", ros2::type::kTrigger), mailbox_),
+        feedback_(participant, action_ + "feedback", ros2::type::kTrajectoryFeedback),
+        status_(participant, action_ + "status", ros2::type::kGoalStatuses, ros2::Delivery::kLatched),
+        jazzy_(participant, announcement_topic("msg")),
+        humble_(participant, announcement_topic("humble")) {}
+
+  void publish() {
+    reply<ros2::SendGoalResponse>(send_goal_);
+    reply<ros2::CancelGoalResponse>(cancel_goal_);
+    reply<ros2::GetResultResponse>(get_result_);
+    reply<ros2::TriggerResponse>(stop_);
+    feedback_.publish(values_.draw<ros2::FeedbackMessage>());
+    status_.publish(values_.draw<ros2::GoalStatusArray>());
+    const ros2::NodeGraph::Node node{test::random_text(random_), test::random_text(random_)};
+    ros2::NodeEndpoints endpoints{{}, {endpoint()}};
+    for (auto* ids : {&endpoints.readers, &endpoints.writers}) {
+      for (int i = test::random_count(random_, 20); i > 0; --i) ids->push_back(endpoint());
+    }
+    jazzy_.write(ros2::announcement(config::Ros2Distribution::kJazzy, node, endpoints));
+    humble_.write(ros2::announcement(config::Ros2Distribution::kHumble, node, endpoints));
+  }
+
+ private:
+  /// Of the topic ros_discovery_info or, for Humble, of one of another name: a topic has one type.
+  static bus::ros2::Topic announcement_topic(const std::string& folder) {
+    bus::ros2::Topic topic;
+    topic.name = folder == "msg" ? "ros_discovery_info" : "ros_discovery_info_" + folder;
+    topic.type = "rmw_dds_common/" + folder + "/ParticipantEntitiesInfo";
+    topic.transient_local = true;
+    topic.depth = 1;
+    topic.plain = true;
+    return topic;
+  }
+  bus::EndpointId endpoint() {
+    bus::EndpointId id;
+    for (auto& byte : id.bytes) byte = static_cast<std::uint8_t>(random_.next());
+    return id;
+  }
+  template <class Response>
+  void reply(bus::ros2::Server& server) {
+    bus::ros2::RequestId request{endpoint(), static_cast<std::int64_t>(random_.next() >> 1U)};
+    request.client.bytes[15] = 3;  // a writer: the reply waits for no reader of the client
+    server.reply(request, ros2::encoded(values_.draw<Response>()));
+  }
+
+  planner::Random random_{2};
+  test::RandomMessage values_{random_};
+  bus::Mailbox mailbox_;
+  std::string action_;
+  bus::ros2::Server send_goal_;
+  bus::ros2::Server cancel_goal_;
+  bus::ros2::Server get_result_;
+  bus::ros2::Server stop_;
+  ros2::Publisher<ros2::FeedbackMessage> feedback_;
+  ros2::Publisher<ros2::GoalStatusArray> status_;
+  bus::ros2::Writer jazzy_;
+  bus::ros2::Writer humble_;
+};
+
 void publish(const std::string& path) {
   RandomCell cell(path);
   bus::Participant participant(cell.file().ros2->domain, "/", bus::ros2::participant_options());
   ros2::CellPublisher publisher(cell.file(), participant);
+  RandomAnswers answers(participant, cell.file().ros2->ns + "/" + cell.file().cell.arms.front().arm.name);
   for (auto next = bus::Clock::now();; next += kPeriod) {
     cell.change();
     const auto now = bus::Clock::now();
@@ -212,6 +276,7 @@ void publish(const std::string& path) {
     publisher.publish_markers(cell.view(), cell.paths());
     const CellStatus status = cell.status();
     publisher.publish_diagnostics(&status, "", cell.scenes());
+    answers.publish();
     std::this_thread::sleep_until(next);
   }
 }

@@ -77,7 +77,8 @@ class SecondVendor : public testing::Test {
     Process peer(words);
     ASSERT_EQ(peer.wait(), 0) << peer.err();
     Process other({node, page + "/test/decode.mjs", samples, kIdl + "common.idl", kIdl + "cause.idl", kIdl + "arm.idl",
-                   kIdl + "goal.idl", kIdl + "ros2/ros2.idl"});
+                   kIdl + "goal.idl", kIdl + "ros2/ros2.idl",
+                   std::string(HECATON_SOURCE_DIR) + "/tests/cell/interop/discovery.idl"});
     ASSERT_EQ(other.wait(), 0) << other.err();
     judged = Json::parse(other.out());
   }
@@ -144,8 +145,8 @@ TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
   EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
 }
 
-// The service's own publisher, with random states instead of a cell: as many messages of the slow topics and of those
-// that a cell publishes once.
+// The service's own publishers, with random states instead of a cell: as many messages of the slow topics and of those
+// that a cell publishes once or on request.
 TEST_F(SecondVendor, ReadsRandomMessagesOfEachTopicOfRos2) {
   const FreeDomain domain;
   const std::string cell = folder_->write(
@@ -157,22 +158,34 @@ TEST_F(SecondVendor, ReadsRandomMessagesOfEachTopicOfRos2) {
   const std::string count = wanted("300");
   std::vector<std::string> topics;
   const auto add = [&](const std::string& topic, const std::string& type, const std::string& delivery = "reliable") {
-    topics.push_back("rt/" + topic + "," + type + "," + delivery + "," + count);
+    topics.push_back(topic + "," + type + "," + delivery + "," + count);
   };
-  add("cell/joint_states", "sensor_msgs::msg::JointState");
-  add("tf", "tf2_msgs::msg::TFMessage");
-  add("tf_static", "tf2_msgs::msg::TFMessage", "latched");
-  add("clock", "rosgraph_msgs::msg::Clock", "best_effort");
-  add("diagnostics", "diagnostic_msgs::msg::DiagnosticArray");
-  add("cell/robot_description", "std_msgs::msg::String", "latched");
+  const auto add_ros = [&](const std::string& topic, const std::string& type,
+                           const std::string& delivery = "reliable") { add("rt/" + topic, type, delivery); };
+  add_ros("cell/joint_states", "sensor_msgs::msg::JointState");
+  add_ros("tf", "tf2_msgs::msg::TFMessage");
+  add_ros("tf_static", "tf2_msgs::msg::TFMessage", "latched");
+  add_ros("clock", "rosgraph_msgs::msg::Clock", "best_effort");
+  add_ros("diagnostics", "diagnostic_msgs::msg::DiagnosticArray");
+  add_ros("cell/robot_description", "std_msgs::msg::String", "latched");
   for (const std::string arm : {"north", "south"}) {
-    add("cell/" + arm + "/joint_states", "sensor_msgs::msg::JointState");
-    add("cell/" + arm + "/status", "diagnostic_msgs::msg::DiagnosticStatus");
-    add("cell/" + arm + "/robot_description", "std_msgs::msg::String", "latched");
+    add_ros("cell/" + arm + "/joint_states", "sensor_msgs::msg::JointState");
+    add_ros("cell/" + arm + "/status", "diagnostic_msgs::msg::DiagnosticStatus");
+    add_ros("cell/" + arm + "/robot_description", "std_msgs::msg::String", "latched");
   }
   for (const std::string name : {"obstacles", "goals", "plans", "binding_pairs"}) {
-    add("cell/hecaton/" + name, "visualization_msgs::msg::MarkerArray");
+    add_ros("cell/hecaton/" + name, "visualization_msgs::msg::MarkerArray");
   }
+  const std::string action = "cell/north/follow_joint_trajectory/_action/";
+  const std::string type = "control_msgs::action::FollowJointTrajectory_";
+  add_ros(action + "feedback", type + "FeedbackMessage");
+  add_ros(action + "status", "action_msgs::msg::GoalStatusArray", "latched");
+  add("rr/" + action + "send_goalReply", type + "SendGoal_Response");
+  add("rr/" + action + "get_resultReply", type + "GetResult_Response");
+  add("rr/" + action + "cancel_goalReply", "action_msgs::srv::CancelGoal_Response");
+  add("rr/cell/north/stopReply", "std_srvs::srv::Trigger_Response");
+  add("ros_discovery_info", "rmw_dds_common::msg::ParticipantEntitiesInfo", "latched");
+  add("ros_discovery_info_humble", "rmw_dds_common::humble::ParticipantEntitiesInfo", "latched");
   Json judged;
   watch(domain.number(), "", topics, judged);
   if (judged.is_null()) return;
