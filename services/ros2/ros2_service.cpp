@@ -51,8 +51,10 @@ std::optional<Control> control_of(const config::CellFile& file, bus::Participant
   return std::optional<Control>(std::in_place, participant, file, connection, mailbox, checkpoint);
 }
 
-NodeEndpoints endpoints_of(const CellPublisher& publisher, const std::optional<Control>& control) {
+NodeEndpoints endpoints_of(const CellPublisher& publisher, const NameWatch& names,
+                           const std::optional<Control>& control) {
   NodeEndpoints endpoints = control ? control->endpoints() : NodeEndpoints{};
+  endpoints.readers.push_back(names.id());
   const auto writers = publisher.writers();
   endpoints.writers.insert(endpoints.writers.end(), writers.begin(), writers.end());
   return endpoints;
@@ -82,8 +84,9 @@ Ros2Service::Ros2Service(const config::CellFile& file, const services::ServiceOp
       cell_(file, participant_, mailbox_),
       connection_(connect(file, options)),
       publisher_(file, ros_participant_),
+      names_(ros_participant_, file.ros2->ns, ros_mailbox_),
       control_(control_of(file, ros_participant_, connection_, ros_mailbox_, options.checkpoint)),
-      graph_(graph_of(*file.ros2, ros_participant_, endpoints_of(publisher_, control_), ros_mailbox_)),
+      graph_(graph_of(*file.ros2, ros_participant_, endpoints_of(publisher_, names_, control_), ros_mailbox_)),
       status_(Cell(connection_)) {}
 
 void Ros2Service::run() {
@@ -101,6 +104,7 @@ void Ros2Service::run() {
     if (control_) control_->update(cell_.view(), loop_.now());
     publish(loop_.now());
     look_at_graph(loop_.now());
+    look_at_names(loop_.now());
     ++ticks_;
   }
   services::log_info("ros2 shuts down");
@@ -125,6 +129,16 @@ void Ros2Service::look_at_graph(Clock::time_point now) {
   if (conflicting || !graph_->conflicting()) return;
   services::log_warning("node name not announced: nodes of another distribution of ROS 2 are in the domain",
                         {{"ros_domain", file_.ros2->domain}, {"what_to_do", "correct ros2.distribution"}});
+}
+
+void Ros2Service::look_at_names(Clock::time_point now) {
+  if (!names_.update(now)) return;
+  services::log_warning(
+      "another node publishes under the same names",
+      {{"topic", file_.ros2->ns + "/robot_description"},
+       {"ros_domain", file_.ros2->domain},
+       {"what_to_do",
+        "set ros2.namespace or ros2.domain: a second cell of these names would carry out the same orders"}});
 }
 
 void Ros2Service::publish_heartbeat() {

@@ -8,6 +8,7 @@
 #include "services/ros2/cell_publisher.hpp"
 #include "services/ros2/cell_reader.hpp"
 #include "services/ros2/control.hpp"
+#include "services/ros2/name_watch.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/status_poller.hpp"
 #include "services/runtime/cell_mode.hpp"
@@ -34,6 +35,7 @@ class Ros2Service {
   void publish(Clock::time_point now);
   void publish_heartbeat();
   void look_at_graph(Clock::time_point now);
+  void look_at_names(Clock::time_point now);
 
   const config::CellFile& file_;
   bus::Mailbox mailbox_;
@@ -46,6 +48,7 @@ class Ros2Service {
   CellReader cell_;
   std::shared_ptr<client::Connection> connection_;
   CellPublisher publisher_;
+  NameWatch names_;
   std::optional<Control> control_;  ///< empty: ROS 2 nodes may only watch
   std::optional<NodeGraph> graph_;  ///< empty: no distribution is chosen
   StatusPoller status_;

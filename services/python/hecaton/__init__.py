@@ -11,6 +11,12 @@ from base to tip. Failures are exceptions of hecaton.errors, with `kind` and `su
 """
 
 try:
+    import numpy as _numpy
+except ImportError as _error:
+    import sys as _sys
+    raise ImportError(f"hecaton needs NumPy, which {_sys.executable} does not have; install python3-numpy and run the program "
+                      "with /usr/bin/python3", name="numpy") from _error
+try:
     from . import _hecaton as _module
 except ImportError as _error:
     import pathlib as _pathlib

@@ -57,8 +57,11 @@ class Stubs(unittest.TestCase):
 class Import(unittest.TestCase):
     """Imports a copy of the package whose native part has another file name."""
 
-    def failure(self, native):
+    def failure(self, native, broken=()):
+        """The last line of an import with another native part, and with `broken` modules that cannot be imported."""
         with tempfile.TemporaryDirectory() as folder:
+            for name in broken:
+                pathlib.Path(folder, name + ".py").write_text("raise ImportError")
             package = pathlib.Path(folder) / "hecaton"
             package.mkdir()
             for file in STUB.parent.glob("*.py"):
@@ -74,6 +77,11 @@ class Import(unittest.TestCase):
         failure = self.failure("_hecaton.cpython-299-x86_64-linux-gnu.so")
         self.assertIn("hecaton is built for CPython 2.99, but", failure)
         self.assertTrue(failure.endswith("run the program with python2.99"), failure)
+
+    def test_missing_numpy_is_named(self):
+        failure = self.failure(pathlib.Path(_hecaton.__file__).name, broken=["numpy"])
+        self.assertIn("hecaton needs NumPy", failure)
+        self.assertIn("install python3-numpy", failure)
 
     def test_missing_native_part_is_named(self):
         self.assertIn("the native part of hecaton is missing", self.failure(""))

@@ -126,7 +126,9 @@ class ActionClient {
     return result_.send(request);
   }
   std::optional<Result> await_result(const Id& id) { return result_.receive(ask_result(id)); }
-  std::optional<Result> await_result(const rtps::SampleIdentity& asked) { return result_.receive(asked); }
+  std::optional<Result> await_result(const rtps::SampleIdentity& asked, std::chrono::seconds limit = kLong) {
+    return result_.receive(asked, limit);
+  }
   int cancel(const Id& id) {
     action_msgs::srv::CancelGoal_Request request;
     request.goal_info().goal_id().uuid(id);

@@ -11,6 +11,7 @@
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/ros2/action_checkpoint.hpp"
+#include "services/ros2/name_watch.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2/trajectory.hpp"
@@ -468,6 +469,33 @@ TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {
   EXPECT_TRUE(graph.conflicting());
   graph.update(bus::Clock::now() + 10s);
   EXPECT_FALSE(graph.announced());
+}
+
+TEST(Ros2NameWatch, TellsOnceOfAnotherNodeThatStays) {
+  const FreeDomain domain;
+  bus::Mailbox mailbox;
+  bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
+  bus::Participant other(domain.number(), "/", bus::ros2::participant_options());
+  const auto topic = ros2::topic_of("/cell/robot_description", ros2::type::kString, ros2::Delivery::kLatched);
+  bus::ros2::Writer own(participant, topic);
+  ros2::NameWatch names(participant, "/cell", mailbox);
+  const auto begin = bus::Clock::now();
+  while (own.matched() < 1 && bus::Clock::now() < begin + kLong) static_cast<void>(mailbox.wait(100ms));
+  EXPECT_FALSE(names.update(begin));
+  EXPECT_FALSE(names.update(begin + 2 * ros2::NameWatch::kPatience)) << "its own writer";
+
+  bus::ros2::Writer second(other, topic);
+  while (second.matched() < 1 && bus::Clock::now() < begin + kLong) static_cast<void>(mailbox.wait(100ms));
+  const auto seen = begin + 100s;
+  // Discovery tells both sides, in any order.
+  bool told = false;
+  for (int i = 0; i < 600 && !told; ++i) {
+    static_cast<void>(mailbox.wait(100ms));
+    EXPECT_FALSE(names.update(seen)) << "it may be a process that was killed";
+    told = names.update(seen + ros2::NameWatch::kPatience);
+  }
+  EXPECT_TRUE(told);
+  EXPECT_FALSE(names.update(seen + 2 * ros2::NameWatch::kPatience)) << "once";
 }
 
 }  // namespace

@@ -1,0 +1,245 @@
+/// Trajectories with and without path tolerances, and something that comes into their way while an arm follows them.
+
+#include <cmath>
+#include <future>
+#include <limits>
+#include <utility>
+
+#include "planner/model/kinematics.hpp"
+#include "services/config/cell_file.hpp"
+#include "tests/cell/ros2/ros2_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using Trajectory = control_msgs::action::FollowJointTrajectory_Goal;
+
+constexpr std::chrono::seconds kLongest{150};  // of a trajectory that goes around or waits
+
+/// A trajectory on a straight line of the joint space, and how an arm follows it.
+class Following {
+ public:
+  /// `tolerance`: of each joint; 0: none.
+  Following(RosPeer& peer, const std::string& arm, std::vector<double> from, std::vector<double> to, double seconds,
+            std::vector<double> tolerance)
+      : arm_(arm),
+        from_(std::move(from)),
+        to_(std::move(to)),
+        tolerance_(std::move(tolerance)),
+        client_(peer, arm),
+        states_(peer, "rt/cell/" + arm + "/joint_states"),
+        goal_(client_.smooth(from_, to_, seconds)) {
+    for (std::size_t j = 0; j < tolerance_.size(); ++j) {
+      auto& entry = goal_.path_tolerance().emplace_back();
+      entry.name(arm + "_joint" + std::to_string(j + 1));
+      entry.position(tolerance_[j]);
+    }
+  }
+
+  [[nodiscard]] Trajectory& goal() { return goal_; }
+
+  /// Sends the trajectory.
+  void begin() {
+    ASSERT_TRUE(client_.wait_available()) << arm_;
+    const auto id = client_.send(goal_);
+    ASSERT_TRUE(id) << arm_;
+    id_ = *id;
+    result_ = std::async(std::launch::async,
+                         [this, asked = client_.ask_result(*id)] { return client_.await_result(asked, kLongest); });
+  }
+  /// Waits until the arm is `share` of the way to the end.
+  void wait_for_share(double share) {
+    while (!over() && share_ < share) look();
+    ASSERT_GE(share_, share) << arm_;
+  }
+  /// Watches the arm for some time, or until the trajectory ends.
+  void watch(std::chrono::seconds time) {
+    const auto until = std::chrono::steady_clock::now() + time;
+    while (!over() && std::chrono::steady_clock::now() < until) look();
+  }
+  [[nodiscard]] bool over() const { return result_.wait_for(0s) == std::future_status::ready; }
+  /// Watches the arm until the trajectory ends.
+  Result end() {
+    while (!over()) look();
+    auto result = result_.get();
+    EXPECT_TRUE(result) << arm_ << ": no result";
+    return result.value_or(Result{});
+  }
+
+  /// The largest distance from the path so far, of the joint with the largest share of its tolerance.
+  [[nodiscard]] double largest_share() const { return largest_share_; }
+  [[nodiscard]] double largest_distance() const { return largest_distance_; }  ///< [rad]
+  [[nodiscard]] double distance() const { return distance_; }                  ///< of the last measured position [rad]
+  [[nodiscard]] double share() const { return share_; }                        ///< of the way, as last measured
+
+ private:
+  void look() {
+    const auto state = states_.next([](const auto& message) { return !message.position().empty(); }, 5s);
+    ASSERT_TRUE(state) << arm_ << ": no joint states";
+    const std::vector<double>& q = state->position();
+    constexpr int kParts = 1000;
+    double least_share = std::numeric_limits<double>::infinity();
+    double least_distance = least_share;
+    for (int i = 0; i <= kParts; ++i) {
+      double of_tolerance = 0.0;
+      double distance = 0.0;
+      for (std::size_t j = 0; j < q.size(); ++j) {
+        const double off = std::abs(from_[j] + (to_[j] - from_[j]) * i / kParts - q[j]);
+        distance = std::max(distance, off);
+        if (j < tolerance_.size() && tolerance_[j] > 0.0) of_tolerance = std::max(of_tolerance, off / tolerance_[j]);
+      }
+      least_share = std::min(least_share, of_tolerance);
+      if (distance >= least_distance) continue;
+      least_distance = distance;
+      share_ = static_cast<double>(i) / kParts;
+    }
+    distance_ = least_distance;
+    largest_distance_ = std::max(largest_distance_, least_distance);
+    largest_share_ = std::max(largest_share_, least_share);
+  }
+
+  std::string arm_;
+  std::vector<double> from_;
+  std::vector<double> to_;
+  std::vector<double> tolerance_;
+  ActionClient client_;
+  JointStates states_;
+  Trajectory goal_;
+  ActionClient::Id id_{};
+  std::future<std::optional<Result>> result_;
+  double largest_share_ = 0.0;
+  double largest_distance_ = 0.0;
+  double distance_ = 0.0;
+  double share_ = 0.0;
+};
+
+/// The arm `north` sweeps its first joint, far from the other arms, and a stone appears on the way of its tool.
+class StoneOnTheWay : public Ros2Cell {
+ protected:
+  static constexpr double kBegin = 1.3;  // of joint 1 [rad]
+  static constexpr double kEnd = 2.6;
+  static constexpr double kDuration = 6.0;  // [s]
+  static constexpr double kLarge = 0.12;    // stone that stops the arm on its path [m]
+
+  void SetUp() override {
+    static_cast<void>(home(cell_, "north"));
+    ASSERT_TRUE(
+        cell_.arm("north").go_to({kBegin, -1.0, 2.4, 0.0, 0.6, 0.0}).wait(kLong));  // the tool 0.7 m from the axis
+    from_ = cell_.arm("north").state(kLong).q;
+    contacts_ = cell_.status(kLong).contacts->contacts;
+  }
+  void TearDown() override {
+    for (const ObstacleState& obstacle : cell_.world().obstacles(kLong)) {
+      if (obstacle.name == "stone") remove_stone();
+    }
+    EXPECT_TRUE(cell_.arm("north").go_to("home").wait(kLong));
+    EXPECT_EQ(cell_.status(kLong).contacts->contacts, contacts_);
+    Ros2Cell::TearDown();
+  }
+  [[nodiscard]] Following follow(std::vector<double> tolerance) {
+    std::vector<double> to = from_;
+    to[0] = kEnd;
+    return {*peer_, "north", from_, to, kDuration, std::move(tolerance)};
+  }
+  /// Where the tool is at a position of joint 1 on the way.
+  [[nodiscard]] Pose tool_at(double joint1) const {
+    const config::CellFile file = config::load_cell_file(cell_file_);
+    const planner::Arm& arm = file.cell.arms.front().arm;
+    planner::JointVector q = Eigen::Map<const Eigen::VectorXd>(from_.data(), std::ssize(from_));
+    q[0] = joint1;
+    planner::Kinematics kinematics;
+    planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+    const Eigen::Vector3d p = kinematics.X_WT.translation();
+    return Pose::xyz(p.x(), p.y(), p.z());
+  }
+  void add_stone(double radius = 0.04) {
+    cell_.world().add("stone", Sphere{radius}, tool_at(0.5 * (kBegin + kEnd)), Static{}, kLong);
+  }
+  void remove_stone() { cell_.world().remove("stone", kLong); }
+
+  Cell cell_ = connect();
+  std::vector<double> from_;
+  std::uint64_t contacts_ = 0;
+};
+
+TEST_F(StoneOnTheWay, GoesAroundWithinThePathTolerance) {
+  Following following = follow({0.4, 0.4, 0.4, 0.6, 0.6, 0.6});
+  following.begin();
+  following.wait_for_share(0.05);
+  add_stone(kLarge);
+  const std::string words = "goes around within the path tolerance";
+  EXPECT_TRUE(cell_.wait_until([&] { return cell_.arm("north").goal()->recovery_action.starts_with(words); }, kLong));
+  const Result result = following.end();
+  EXPECT_EQ(result.status(), kSucceeded) << result.result().error_string();
+  EXPECT_EQ(result.result().error_code(), 0);
+  EXPECT_LE(following.largest_share(), 1.0);
+  EXPECT_GT(following.largest_distance(), 0.1) << "it has left the path";
+  std::cout << "around: " << following.largest_share() << " of the tolerance, " << following.largest_distance()
+            << " rad\n";
+}
+
+TEST_F(StoneOnTheWay, WaitsWhenThePathToleranceIsTooSmallUntilTheTimeTolerance) {
+  Following following = follow(std::vector<double>(6, 0.03));
+  following.goal().goal_time_tolerance().sec(6);
+  following.begin();
+  following.wait_for_share(0.05);
+  add_stone();
+  const Result result = following.end();
+  EXPECT_EQ(result.status(), kAborted);
+  EXPECT_EQ(result.result().error_code(), -5);
+  const std::string& why = result.result().error_string();
+  EXPECT_NE(why.find("north/"), std::string::npos) << why;
+  EXPECT_NE(why.find(" m from stone"), std::string::npos) << why;
+  EXPECT_LE(following.largest_share(), 1.0);
+  EXPECT_LT(following.share(), 0.5) << "it stands before the stone";
+  std::cout << why << '\n';
+}
+
+TEST_F(StoneOnTheWay, WaitsWithoutATimeToleranceAndGoesOn) {
+  Following following = follow(std::vector<double>(6, 0.03));
+  following.begin();
+  following.wait_for_share(0.05);
+  add_stone();
+  following.watch(10s);
+  ASSERT_FALSE(following.over());
+  EXPECT_LT(following.share(), 0.5) << "it stands before the stone";
+  remove_stone();
+  const Result result = following.end();
+  EXPECT_EQ(result.status(), kSucceeded) << result.result().error_string();
+  EXPECT_LE(following.largest_share(), 1.0);
+}
+
+TEST_F(StoneOnTheWay, LeavesAndRejoinsWhenTheToleranceIsErased) {
+  Following following = follow(std::vector<double>(6, -1.0));
+  following.begin();
+  following.wait_for_share(0.05);
+  add_stone(kLarge);
+  following.wait_for_share(0.95);
+  const double at_end = following.distance();
+  const Result result = following.end();
+  EXPECT_EQ(result.status(), kSucceeded) << result.result().error_string();
+  EXPECT_GT(following.largest_distance(), 0.1) << "it has left the path";
+  EXPECT_LT(at_end, 0.06) << "it follows again before the end";
+  std::cout << "aside: " << following.largest_distance() << " rad\n";
+}
+
+// The arm turns its last joint alone, and a ball comes at its hand.
+TEST_F(StoneOnTheWay, EndsTheTrajectoryWhenSomethingPushesTheArmOutOfThePathTolerance) {
+  std::vector<double> to = from_;
+  to[5] += 0.5;
+  Following following(*peer_, "north", from_, to, 60.0, std::vector<double>(6, 0.02));
+  following.begin();
+  following.wait_for_share(0.01);
+  Pose beside = tool_at(kBegin);
+  beside.position.z += 0.5;
+  cell_.world().add("stone", Sphere{0.05}, beside, Sine{{0.0, 0.0, -0.45}, Seconds(8.0)}, kLong);
+  const Result result = following.end();
+  EXPECT_EQ(result.status(), kAborted);
+  EXPECT_EQ(result.result().error_code(), -4);
+  const std::string& why = result.result().error_string();
+  EXPECT_NE(why.find("joint"), std::string::npos) << why;
+  std::cout << why << '\n';
+}
+
+}  // namespace
+}  // namespace hecaton::test
