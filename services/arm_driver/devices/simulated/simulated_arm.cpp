@@ -154,6 +154,7 @@ class SimulatedArm final : public ArmDevice {
   /// `cause`: a clause for a person; empty: a person caused it.
   void set_protective(bool on, std::string cause) {
     tool_.protective = on;
+    force_.resize(0);  // what drives measured before the stop is over
     cause_ = std::move(cause);
     for (std::size_t i = 0; i < ports_.size(); ++i) {
       if (ports_[i] == kProtectiveStop) tool_.signals[i] = on ? 1.0 : 0.0;

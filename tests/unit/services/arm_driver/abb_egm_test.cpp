@@ -360,11 +360,8 @@ Writer abb_joints(int count, double first = 1.0) {
   for (int joint = 0; joint < count; ++joint) joints.real(1, first + joint);
   return joints;
 }
-Writer abb_feedback(const Writer& joints) {
-  return Writer()
-      .block(1, joints)
-      .block(3, abb_joints(1, -7.5))
-      .block(4, Writer().number(1, 1700000000).number(2, 123456));
+Writer abb_feedback(const Writer& joints, const Writer& additional = abb_joints(1, -7.5)) {
+  return Writer().block(1, joints).block(3, additional).block(4, Writer().number(1, 1700000000).number(2, 123456));
 }
 Writer abb_header(std::uint32_t number = 7) {
   return Writer().number(1, number).number(2, 4'000'000'000U).number(3, 2);
@@ -487,7 +484,7 @@ TEST(AbbEgm, AnswersNoRandomDatagram) {
   ASSERT_FALSE(arm->configure());
   const UdpSocket robot;
   std::mt19937 random(11);
-  const std::string whole = abb_message(abb_feedback(abb_joints(6))).bytes;
+  const std::string whole = abb_message(abb_feedback(abb_joints(6), {})).bytes;
   for (int sent = 0; sent < kDatagrams; ++sent) {
     std::string bytes = whole.substr(0, random() % whole.size());
     if (random() % 2 == 0) {
@@ -510,9 +507,10 @@ TEST(AbbEgm, TakesAnImpossibleStepAsNoMeasurement) {
   ASSERT_FALSE(arm->configure());
   const UdpSocket robot;
   const auto now = device::Clock::now();
-  robot.send(abb_message(abb_feedback(abb_joints(6))).bytes, port);
+  robot.send(abb_message(abb_feedback(abb_joints(6), {})).bytes, port);
   const auto before = arm->read(now).measured.q;
-  Writer far = abb_message(abb_feedback(abb_joints(6, 50.0)));
+  ASSERT_EQ(before.size(), 6);
+  Writer far = abb_message(abb_feedback(abb_joints(6, 50.0), {}));
   far.block(1, abb_header(8));
   robot.send(far.bytes, port);
   EXPECT_EQ(arm->read(now + 4ms).measured.q, before);

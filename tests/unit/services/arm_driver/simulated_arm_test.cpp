@@ -86,7 +86,7 @@ TEST_F(SimulatedArmTest, StopsProtectivelyAboveItsSpeedUntilAPersonUnlocksIt) {
   const DeviceState stopped = move(1.8, 200);
   EXPECT_EQ(stopped.mode, DeviceMode::kProtectiveStop);
   EXPECT_EQ(stopped.text,
-            "protective stop, because joint shoulder moved at 1.8 rad/s, its limit is 1 rad/s: call 'hecaton device "
+            "protective stop, because joint shoulder moved at 1.02 rad/s, its limit is 1 rad/s: call 'hecaton device "
             "north unlock', then resume the arm");
   EXPECT_TRUE(stopped.measured.qd.isZero());
   EXPECT_EQ(arm_->signal(0), 1.0);
