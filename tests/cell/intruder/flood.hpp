@@ -202,7 +202,7 @@ class Flood : public LiveCell {
               << std::chrono::duration<double>(again).count()
               << " s after the last; memory of a process grew by at most " << static_cast<double>(growth) / 1e6
               << " MB\n";
-    for (const std::string& arm : arms()) reach(arm, "home");
+    for (const std::string& arm : arms()) insist({"goal", arm, "--named", "home", "--wait", "--time-limit", "60s"});
   }
 
   /// What the intruder's samples keep from answering at first is asked again.
