@@ -83,7 +83,8 @@ TEST(TaskGenerator, ReportsHowManyTasksCouldBeDrawn) {
 }
 
 TEST(Batch, RepeatsOneEpisodeAlone) {
-  const Cell cell = sequence_under_ball(0.5);
+  Cell cell = sequence_under_ball(0.5);
+  cell.tasks.time_limit = 10.0;
   BatchOptions options;
   options.tasks = 8;
   options.seed = 4;
