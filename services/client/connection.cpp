@@ -434,8 +434,10 @@ std::vector<msg::RecorderReply> Connection::order_recorders(const Wait& wait) {
   // Recorders that keep everything read the request, too, and do not reply.
   auto replies = call(*endpoints_.recorders, msg::RecorderRequest(), wait, {kAskAgain, kOtherRecorders});
   if (!replies.empty()) return replies;
-  throw Unreachable({"no recorder in " + where_ + " saves by order",
-                     "give the cell file the key record, or start 'hecaton record' with --keep", "the node recorder"});
+  throw Unreachable({"no recorder in " + where_ +
+                         " saves by order: give the cell file the key record, or start 'hecaton record' with --keep",
+                     {},
+                     "the node recorder"});
 }
 
 Connection::GoalTopics& Connection::goal_topics() {

@@ -240,9 +240,12 @@ TEST_F(DenseRecording, TellsAnotherProgramAndABrokenMemory) {
   }));
   EXPECT_EQ(other.code, ExitCode::kDone);
   EXPECT_NE(other.err.find("recorded by program " + same_layout), std::string::npos) << other.err;
-  // From before programs named their layout. A planner that has just been built has no memory to load.
+  // From before programs named their layout. A planner that has just been built would have no memory to load.
   const Verified old = verify(changed([](msg::PlannerTick& tick) {
-    if (tick.snapshot()) tick.program("0.0.1 abacus");
+    if (tick.snapshot()) {
+      tick.program("0.0.1 abacus");
+      tick.memory(std::vector<std::uint32_t>(100));
+    }
     return true;
   }));
   EXPECT_EQ(old.sum("differing"), 0U);
