@@ -46,11 +46,11 @@ Failure failure_of(const Error& error) {
   }
   if (const auto* unreachable = dynamic_cast<const Unreachable*>(&error)) {
     const Unreachable::Reason& reason = unreachable->reason();
-    const bool no_cell = !reason.what_to_do.empty();
-    return {ExitCode::kUnreachable, reason.why + (no_cell ? ": start one with 'hecaton up CELL', select its domain "
-                                                            "with --domain or --cell, or see whether this machine "
-                                                            "reaches the supervisor's"
-                                                          : "")};
+    return {ExitCode::kUnreachable, reason.no_cell ? reason.why +
+                                                         ": start one with 'hecaton up CELL', select its domain with "
+                                                         "--domain or --cell, or see whether this machine reaches the "
+                                                         "supervisor's"
+                                                   : unreachable->what()};
   }
   if (dynamic_cast<const NoAnswer*>(&error) != nullptr) return {ExitCode::kTimeOut, error.what()};
   if (dynamic_cast<const Interrupted*>(&error) != nullptr) return {ExitCode::kNegative, error.what()};

@@ -411,11 +411,8 @@ void require_distinct_names(const std::vector<DraftArm>& drafts) {
 
 /// How to write two arms of the robot: "yumi:left_tool0 and yumi:right_tool0", or "my_robot.urdf:LINK".
 std::string example_of_two_arms(const std::string& robot) {
-  if (!fs::exists(robot) && config::is_robot_name(robot)) {
-    planner::SourceFiles sources;
-    const std::vector<config::RobotTool> tools = config::read_named_robot(robot, sources).tools;
-    if (tools.size() == 2) return robot + ":" + tools[0].link + " and " + robot + ":" + tools[1].link;
-  }
+  const std::vector<config::RobotTool> tools = config::tools_of(robot);
+  if (tools.size() == 2) return robot + ":" + tools[0].link + " and " + robot + ":" + tools[1].link;
   return config::printable(robot) + ":LINK";
 }
 

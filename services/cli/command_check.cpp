@@ -353,9 +353,7 @@ struct Options {
 
 /// The arms of a robot of the catalogue that has two, as words of `hecaton init`; empty: another robot.
 std::string both_arms(const std::string& robot) {
-  if (std::filesystem::exists(robot)) return {};
-  planner::SourceFiles sources;
-  const std::vector<config::RobotTool> tools = config::read_named_robot(robot, sources).tools;
+  const std::vector<config::RobotTool> tools = config::tools_of(robot);
   if (tools.size() != 2) return {};
   return "left=" + robot + ":" + tools[0].link + " right=" + robot + ":" + tools[1].link;
 }

@@ -297,7 +297,8 @@ Unreachable Connection::unreachable() const {
     return Unreachable({"the cell in " + where_ + " has no supervisor that answers", {}, looked_for});
   }
   return Unreachable({"no cell answers in " + where_ + found_instead(participant_),
-                      "start one with 'hecaton up CELL', or select it by its domain or its cell file", looked_for});
+                      "start one with 'hecaton up CELL', or select it by its domain or its cell file", looked_for,
+                      true});
 }
 
 void Connection::wait_for_cell(const Wait& wait) {
@@ -434,10 +435,8 @@ std::vector<msg::RecorderReply> Connection::order_recorders(const Wait& wait) {
   // Recorders that keep everything read the request, too, and do not reply.
   auto replies = call(*endpoints_.recorders, msg::RecorderRequest(), wait, {kAskAgain, kOtherRecorders});
   if (!replies.empty()) return replies;
-  throw Unreachable({"no recorder in " + where_ +
-                         " saves by order: give the cell file the key record, or start 'hecaton record' with --keep",
-                     {},
-                     "the node recorder"});
+  throw Unreachable({"no recorder in " + where_ + " saves by order",
+                     "give the cell file the key record, or start 'hecaton record' with --keep", "the node recorder"});
 }
 
 Connection::GoalTopics& Connection::goal_topics() {

@@ -123,6 +123,12 @@ NamedRobot read_named_robot(const std::string& name, planner::SourceFiles& sourc
   return robot;
 }
 
+std::vector<RobotTool> tools_of(const std::string& word) {
+  if (std::filesystem::exists(word) || !is_robot_name(word)) return {};
+  planner::SourceFiles sources;
+  return read_named_robot(word, sources).tools;
+}
+
 std::shared_ptr<const planner::RobotModel> load_named_robot(const NamedRobot& robot, planner::UrdfOptions options) {
   if (options.tool_link.empty()) options.tool_link = robot.tools.front().link;
   const auto model = std::make_shared<planner::RobotModel>(*planner::load_arm_model(robot.urdf, options));

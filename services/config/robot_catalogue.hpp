@@ -50,6 +50,9 @@ struct NamedRobot {
 /// Reads the entry of a robot. Throws ConfigError when there is none, or when it is malformed.
 [[nodiscard]] NamedRobot read_named_robot(const std::string& name, planner::SourceFiles& sources);
 
+/// The tools of the robot that a word of the command line names; empty: the word is a file, or no name.
+[[nodiscard]] std::vector<RobotTool> tools_of(const std::string& word);
+
 /// Loads the robot's URDF for planning. Options without a tool link get the robot's first tool. The model has the
 /// catalogue's accelerations, its poses of the chosen chain, and a note about what is approximate. Throws ModelError.
 [[nodiscard]] std::shared_ptr<const planner::RobotModel> load_named_robot(const NamedRobot& robot,

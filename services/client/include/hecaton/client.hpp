@@ -47,6 +47,7 @@ class HECATON_API Unreachable : public Error {
     std::string why;         ///< "no cell answers in DDS domain 42"
     std::string what_to_do;  ///< "start one with 'hecaton up CELL'"; empty: no advice
     std::string looked_for;  ///< "the nodes supervisor and supervisor@beta"
+    bool no_cell = false;    ///< no node of the cell was found, and the advice is how to select one
   };
   explicit Unreachable(Reason reason);                            ///< what() is `why` and `what_to_do`
   [[nodiscard]] const Reason& reason() const { return reason_; }  ///< the parts of what()
