@@ -207,9 +207,13 @@ TEST(FailureOf, DistinguishesBadInputRejectionAndSilence) {
   EXPECT_EQ(code(Rejected({CauseKind::kNotAllowedNow, "box", "an arm is there"})), ExitCode::kNegative);
   EXPECT_EQ(code(NoAnswer("the world does not answer")), ExitCode::kTimeOut);
   EXPECT_EQ(code(InvalidArgument("no such domain")), ExitCode::kBadInput);
-  const Failure nowhere = failure_of(Unreachable({"no cell answers in DDS domain 42", "start one", "the supervisor"}));
+  const Failure nowhere =
+      failure_of(Unreachable({"no cell answers in DDS domain 42", "start one", "the supervisor", true}));
   EXPECT_EQ(nowhere.code(), ExitCode::kUnreachable);
   EXPECT_NE(std::string(nowhere.what()).find("--domain or --cell"), std::string::npos);
+  const Failure no_recorder = failure_of(Unreachable({"no recorder saves", "give one the key record", "the recorder"}));
+  EXPECT_EQ(no_recorder.code(), ExitCode::kUnreachable);
+  EXPECT_STREQ(no_recorder.what(), "no recorder saves: give one the key record");
 }
 
 msg::GoalStatus blocked_goal() {
