@@ -26,7 +26,6 @@ class Crowd {
  public:
   Crowd(const config::CellFile& file, const ServiceOptions& options, const ShutdownSignal& shutdown)
       : participant_(make_participant(file, options, Role::kSupervisor, "crowd")),
-        states_(participant_),
         modes_(participant_),
         loop_(std::chrono::nanoseconds(std::llround(file.cell.timing.driver_period * 1e9)), shutdown) {
     const HeartbeatTiming timing = heartbeat_timing(file, options);
@@ -43,6 +42,7 @@ class Crowd {
                                timing);
       heartbeats_.emplace_back(participant_, NodeIdentity{driver_node(arm), msg::NodeKind::NODE_DRIVER, arm, host},
                                timing);
+      states_.emplace_back(participant_, bus::WriterOptions{.key = arm});
       msg::ArmState& state = told_.emplace_back();
       state.arm(arm);
       state.mode(msg::ArmMode::ARM_RUNNING);
@@ -59,10 +59,10 @@ class Crowd {
       modes_.update();
       const double moved = 0.1 * std::sin(1e-9 * static_cast<double>(stamp_now()));
       for (std::size_t i = 0; i < told_.size(); ++i) told_[i].q()[0] = starts[i] + moved;
-      for (msg::ArmState& state : told_) {
-        state.sequence_number(state.sequence_number() + 1);
-        state.stamp_ns(stamp_now());
-        static_cast<void>(states_.write(state));
+      for (std::size_t i = 0; i < told_.size(); ++i) {
+        told_[i].sequence_number(told_[i].sequence_number() + 1);
+        told_[i].stamp_ns(stamp_now());
+        static_cast<void>(states_[i].write(told_[i]));
       }
       for (HeartbeatPublisher& pulse : heartbeats_) {
         if (pulse.due(loop_.now(), loop_.period() / 2)) pulse.publish(loop_.now(), report, loop_.statistics());
@@ -72,7 +72,7 @@ class Crowd {
 
  private:
   bus::Participant participant_;
-  bus::Writer<msg::ArmState> states_;
+  std::deque<bus::Writer<msg::ArmState>> states_;  ///< of each arm, in its partition
   CellModeListener modes_;
   PeriodicLoop loop_;
   std::deque<HeartbeatPublisher> heartbeats_;
