@@ -136,7 +136,9 @@ std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point
   const double known = Seconds(writer.heard - writer.since).count();
   const double average = known > 1.0 ? static_cast<double>(writer.last - writer.first) / known : 0.0;
   const double rate = average > kRarely ? std::min(average, kBurst) : kBurst;
-  return kLeap + static_cast<std::int64_t>(2.0 * rate * Seconds(now - writer.heard).count());
+  // Of two receiving threads the one that waited for the lock may have read the clock long before the other.
+  const Clock::duration silence = std::max(now - writer.heard, Clock::duration::zero());
+  return kLeap + static_cast<std::int64_t>(2.0 * rate * Seconds(silence).count());
 }
 
 bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now) {
@@ -151,7 +153,7 @@ bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time
   const bool settles = now - entry.since <= kSettling && number <= kFirst;
   if (number > entry.last + longest_leap(entry, now) && !settles) return false;
   entry.last = std::max(entry.last, number);
-  entry.heard = now;
+  entry.heard = std::max(entry.heard, now);
   return true;
 }
 

@@ -20,8 +20,8 @@ namespace hecaton::bus {
 /// Departures of a writer from its topic.
 struct WriterOptions {
   Mailbox* mailbox = nullptr;  ///< gets events about readers; must outlive the writer
-  /// On a topic with Qos::partition_per_key: the only key that it writes. Empty: any key, which readers of all keys
-  /// get.
+  /// On a topic with Qos::partition_per_key: the only arm of which it writes. Empty: any arm, which readers of all
+  /// arms get.
   std::string key = {};
 };
 
@@ -83,7 +83,7 @@ struct ReaderOptions {
   std::optional<std::chrono::milliseconds> deadline = {};  ///< instead of the topic's; 0: none
   /// Queue only the newest sample of each key. Default: on best-effort topics.
   std::optional<bool> conflate = {};
-  /// On a topic with Qos::partition_per_key: the only keys that it receives. Empty: all keys.
+  /// On a topic with Qos::partition_per_key: the only arms of which it receives. Empty: all arms.
   std::vector<std::string> keys = {};
   std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
 };

@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -146,6 +147,8 @@ struct PeerEvent {
 class PeerListener : public dds::DomainParticipantListener {
  protected:
   virtual void on_peer(const PeerEvent& event) = 0;
+  /// Discovery has found an endpoint of another participant, or a change of it.
+  virtual void on_endpoint(const rtps::GUID_t& endpoint) = 0;
   /// The handshake with a peer has ended; of secured participants only.
   virtual void on_authentication(const rtps::GUID_t& peer, bool authorized) = 0;
 
@@ -175,10 +178,26 @@ class PeerListener : public dds::DomainParticipantListener {
     if (status == rtps::ParticipantDiscoveryStatus::IGNORED_PARTICIPANT) return;
     on_peer(event_of(status, data.guid, data.participant_name.to_string(), data, data.lease_duration));
   }
+  void on_data_writer_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryStatus,
+                                const dds::PublicationBuiltinTopicData& data, bool& ignored) override {
+    ignored = false;
+    on_endpoint(data.guid);
+  }
+  void on_data_reader_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryStatus,
+                                const dds::SubscriptionBuiltinTopicData& data, bool& ignored) override {
+    ignored = false;
+    on_endpoint(data.guid);
+  }
 #else
   void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
     on_peer(event_of(info.status, info.info.m_guid, info.info.m_participantName.to_string(), info.info,
                      info.info.m_leaseDuration));
+  }
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
+    on_endpoint(info.info.guid());
+  }
+  void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
+    on_endpoint(info.info.guid());
   }
 #endif
 };
@@ -194,6 +213,21 @@ class Datagram {
   bool send(rtps::SenderResource& behind, rtps::LocatorsIterator& begin, rtps::LocatorsIterator& end,
             const std::chrono::steady_clock::time_point& until) const {
     return behind.send(parts_, size_, &begin, &end, until);
+  }
+  /// Copies its first bytes; returns how many there are.
+  std::size_t copy_head(std::span<std::uint8_t> to) const {
+    std::size_t copied = 0;
+#if HECATON_FAST_DDS == 3
+    for (const rtps::NetworkBuffer& part : parts_) {
+      const std::size_t size = std::min<std::size_t>(part.size, to.size() - copied);
+      std::copy_n(static_cast<const std::uint8_t*>(part.buffer), size, to.data() + copied);
+      copied += size;
+    }
+#else
+    copied = std::min<std::size_t>(size_, to.size());
+    std::copy_n(parts_, copied, to.data());
+#endif
+    return copied;
   }
 
  private:

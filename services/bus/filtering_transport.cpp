@@ -1,6 +1,7 @@
 #include "services/bus/filtering_transport.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -30,10 +31,14 @@ class FilteringTransport : public FrontTransport {
   bool pass_on(const Datagram& datagram, rtps::SenderResource& behind, rtps::LocatorsIterator& begin,
                rtps::LocatorsIterator& end, const std::chrono::steady_clock::time_point& until) override {
     if (!filter_->may_send()) return true;
-    if (!filter_->quarantine.any_quarantined()) return datagram.send(behind, begin, end, until);
+    const bool paced = filter_->announcements.active() && is_announcement(datagram);
+    if (!paced && !filter_->quarantine.any_quarantined()) return datagram.send(behind, begin, end, until);
+    const auto now = Clock::now();
     rtps::LocatorList others;
     for (; begin != end; ++begin) {
-      if (!filter_->quarantine.is_quarantined(address_of(*begin))) others.push_back(*begin);
+      if (filter_->quarantine.is_quarantined(address_of(*begin))) continue;
+      if (paced && !filter_->announcements.is_due(address_of(*begin), now)) continue;
+      others.push_back(*begin);
     }
     rtps::Locators first(others.begin());
     rtps::Locators last(others.end());
@@ -65,6 +70,10 @@ class FilteringTransport : public FrontTransport {
   }
 
  private:
+  static bool is_announcement(const Datagram& datagram) {
+    std::array<std::uint8_t, AnnouncementPacer::kHead> head{};
+    return AnnouncementPacer::is_announcement({head.data(), datagram.copy_head(head)});
+  }
   void refuse(const PeerQuarantine::Prefix& sender, std::string_view text, const rtps::Locator_t& remote) {
     Refused refused;
     std::copy(sender.begin(), sender.end(), refused.sender.bytes.begin());
@@ -147,7 +156,8 @@ std::shared_ptr<DatagramFilter> add_transports(dds::DomainParticipantQos& qos, i
                                                const ParticipantOptions& options) {
   require_interfaces(options.interfaces);
   qos.transport().use_builtin_transports = false;
-  auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease, !options.identity.empty());
+  auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease, !options.identity.empty(),
+                                                 options.peers.empty());
   qos.transport().user_transports.push_back(std::make_shared<FilteringTransportDescriptor>(udp(options), filter));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());

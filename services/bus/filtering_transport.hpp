@@ -6,8 +6,8 @@
 /// (RTPSParticipantImpl::enable). On a fast network the answers arrive within that moment and are lost, and peers do
 /// not repeat them: in one start of five the newcomer knew no peer until the next periodic announcements. The filter
 /// sends nothing before the participant is complete. It also isolates the process after a stall (LocalStallGuard) and
-/// quarantined peers (PeerQuarantine). It drops malformed datagrams, announced departures, and with keys what is not
-/// encrypted (DatagramCheck).
+/// quarantined peers (PeerQuarantine), and sends fewer announcements (AnnouncementPacer). It drops malformed datagrams,
+/// announced departures, and with keys what is not encrypted (DatagramCheck).
 
 #include <atomic>
 #include <functional>
@@ -15,6 +15,7 @@
 #include <string>
 #include <utility>
 
+#include "services/bus/announcement_pacer.hpp"
 #include "services/bus/datagram_check.hpp"
 #include "services/bus/deadlock_guard.hpp"
 #include "services/bus/fastdds.hpp"
@@ -27,9 +28,13 @@ namespace hecaton::bus {
 /// Decides which datagrams one participant sends and receives. Thread-safe, but for the parts' update().
 class DatagramFilter {
  public:
-  /// `discard`: as in ParticipantOptions. `has_keys`: of the participant. The filter is closed at first.
-  DatagramFilter(std::function<bool()> discard, Clock::duration lease, bool has_keys)
-      : secured(has_keys), stall_guard(lease, Clock::now()), quarantine(lease), discard_(std::move(discard)) {}
+  /// `discard`: as in ParticipantOptions. `has_keys`, `multicast`: of the participant. The filter is closed at first.
+  DatagramFilter(std::function<bool()> discard, Clock::duration lease, bool has_keys, bool multicast)
+      : secured(has_keys),
+        stall_guard(lease, Clock::now()),
+        quarantine(lease),
+        announcements(lease, multicast),
+        discard_(std::move(discard)) {}
 
   void open() { open_ = true; }
   void close() { open_ = false; }
@@ -44,6 +49,7 @@ class DatagramFilter {
   const bool secured;
   LocalStallGuard stall_guard;
   PeerQuarantine quarantine;
+  AnnouncementPacer announcements;
   ReceiverWatchdog receivers;
   DatagramCheck datagrams;
   RefusalLog refusals;

@@ -415,15 +415,20 @@ void Participant::Impl::note_match(const EndpointId& peer) {
 
 void Participant::Impl::note_addresses(const PeerEvent& event) {
   const auto prefix = prefix_of(event.guid);
+  std::vector<PeerQuarantine::Address> addresses;
+  for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
   filter_->datagrams.forget(prefix);
+  filter_->announcements.restart(addresses);
   if (event.kind != PeerEvent::Kind::kFound) filter_->datagrams.unbind(prefix);
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
-  std::vector<PeerQuarantine::Address> addresses;
-  for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
   filter_->refusals.found(endpoint_id(event.guid), event.name,
                           addresses.empty() ? std::string() : address_text(event.unicast.front()));
   filter_->quarantine.found(prefix, std::move(addresses), event.lease, Clock::now());
+}
+
+void Participant::Impl::on_endpoint(const rtps::GUID_t& endpoint) {
+  filter_->quarantine.endpoint_found(prefix_of(endpoint));
 }
 
 void Participant::Impl::on_peer(const PeerEvent& event) {

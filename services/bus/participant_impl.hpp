@@ -45,6 +45,7 @@ struct Participant::Impl : PeerListener {
   /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
   dds::TypeSupport raw_type(const std::string& name);
   void on_peer(const PeerEvent& event) override;
+  void on_endpoint(const rtps::GUID_t& endpoint) override;
   void on_authentication(const rtps::GUID_t& peer, bool authorized) override;
 
   /// Runs `removal`, which removes an entity of this participant from Fast DDS. After Fast DDS has deadlocked in a

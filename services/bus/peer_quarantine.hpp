@@ -8,6 +8,10 @@
 /// receives from the peer nor sends to it. Then both discover each other again. LocalStallGuard does the same for a
 /// process that was itself stopped.
 ///
+/// A process without enough processor time reads old datagrams for a while, and so drops nobody in the meantime. Then
+/// only one side drops the other in spite of the quarantine. That side finds the peer again, but none of its endpoints:
+/// it quarantines the peer once more, each time after twice the time. A peer without endpoints comes to no harm.
+///
 /// A peer with a longer lease may be silent for longer. Silence does not quarantine it, only its loss does.
 /// Participants of a cell have one lease. Programs of other DDS vendors have 10 s or more, and only listen in the
 /// meantime.
@@ -52,8 +56,17 @@ class PeerQuarantine {
     if (former != peers_.end() && former->second.quarantined && now >= former->second.back) forget(former);
     Peer& known = peers_[peer];
     known.heard = std::max(known.heard, now);
+    known.found = now;
+    known.has_endpoints = false;
     known.addresses = std::move(addresses);
     known.may_be_silent = lease > lease_;
+  }
+  /// Discovery has found an endpoint of the peer.
+  void endpoint_found(const Prefix& peer) {
+    const std::scoped_lock lock(mutex_);
+    mute_.erase(peer);
+    const auto known = peers_.find(peer);
+    if (known != peers_.end()) known->second.has_endpoints = true;
   }
   /// The peer has announced its departure. A quarantine goes on to its end.
   void left(const Prefix& peer, Clock::time_point now) {
@@ -76,7 +89,7 @@ class PeerQuarantine {
     const auto known = peers_.find(peer);
     if (known == peers_.end()) return true;
     if (now < known->second.back) return false;
-    known->second.heard = now;
+    known->second.heard = std::max(known->second.heard, now);
     return true;
   }
   /// Peers of these identities are revoked from now on, beside those of earlier calls.
@@ -120,7 +133,8 @@ class PeerQuarantine {
         entry = forget(entry);  // discovery finds it again
         continue;
       }
-      if (!peer.quarantined && !peer.may_be_silent && now - std::max(peer.heard, since) > silence_limit(lease_))
+      const bool silent = now - std::max(peer.heard, since) > silence_limit(lease_);
+      if (!peer.quarantined && !peer.may_be_silent && (silent || is_mute(*entry, now, since)))
         begin_quarantine(peer, now);
       ++entry;
     }
@@ -128,8 +142,10 @@ class PeerQuarantine {
 
  private:
   struct Peer {
+    Clock::time_point found{};
     Clock::time_point heard{};
     Clock::time_point back{};  ///< end of its quarantine
+    bool has_endpoints = false;
     bool quarantined = false;
     bool may_be_silent = false;  ///< its lease is longer
     std::vector<Address> addresses;
@@ -145,6 +161,18 @@ class PeerQuarantine {
     std::copy_n(prefix.begin(), beginning.size(), beginning.begin());
     return beginning;
   }
+  /// The peer is there, and none of its endpoints has been found in time.
+  bool is_mute(const Peers::value_type& entry, Clock::time_point now, Clock::time_point since) {
+    const auto& [prefix, peer] = entry;
+    const auto known = mute_.find(prefix);
+    const int before = known == mute_.end() ? 0 : known->second;
+    constexpr int kMostDoublings = 6;
+    const Clock::duration limit = endpoint_limit(lease_) * (1 << std::min(before, kMostDoublings));
+    if (peer.has_endpoints || now - std::max(peer.found, since) <= limit) return false;
+    constexpr std::size_t kMostMute = 1024;
+    if (known != mute_.end() || mute_.size() < kMostMute) mute_[prefix] = before + 1;
+    return true;
+  }
   void begin_quarantine(Peer& peer, Clock::time_point now) {
     peer.quarantined = true;
     peer.back = now + quarantine(lease_);
@@ -158,6 +186,7 @@ class PeerQuarantine {
   Clock::duration lease_;
   mutable std::mutex mutex_;
   Peers peers_;
+  std::map<Prefix, int> mute_;  ///< how often peers were quarantined because they had no endpoints
   std::set<Beginning> revoked_;
   std::atomic<bool> any_revoked_ = false;
   std::atomic<int> quarantined_ = 0;

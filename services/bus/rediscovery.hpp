@@ -20,6 +20,13 @@ constexpr Duration silence_limit(Duration lease) {
   return lease / 10 * 8;
 }
 
+/// The endpoints of a peer follow its first announcement within this time, also on a machine with too little processor
+/// time. Otherwise only this side had dropped the peer.
+template <class Duration>
+constexpr Duration endpoint_limit(Duration lease) {
+  return 3 * lease;
+}
+
 /// Duration of a quarantine. It is longer than the lease, because the other side hears nothing only from its begin.
 template <class Duration>
 constexpr Duration quarantine(Duration lease) {

@@ -25,7 +25,7 @@ struct Qos {
   /// A participant that has written a key within this time is the key's only writer: readers refuse the samples of
   /// others and report a second writer (stream_holder.hpp). 0: several participants may write a key.
   std::chrono::milliseconds hold{0};
-  /// Each key has a partition of its own, so a sample is sent only to the readers of its key (WriterOptions::key).
+  /// Each arm has a partition of its own, so a sample is sent only to the readers of its arm (WriterOptions::key).
   bool partition_per_key = false;
   bool other_arms_read = false;  ///< with that: with keys, the nodes of an arm may read what those of others write
   bool reports_writers = false;  ///< readers report two writers of a key, but refuse none: terms or rules decide
@@ -65,7 +65,7 @@ struct TopicInfo {
   TOPIC(Goal, sample.arm() + "/" + sample.goal(), "cli clients", "planner", .reliable = true, .transient_local = true, \
         .instances = 4096, .retained = 256)                                                                            \
   TOPIC(GoalStatus, sample.arm() + "/" + sample.goal(), "planner", "planner cli clients supervisor", .reliable = true, \
-        .transient_local = true, .instances = 4096, .retained = 8)                                                     \
+        .transient_local = true, .instances = 4096, .retained = 8, .partition_per_key = true, .other_arms_read = true) \
   TOPIC(CoupledPlan, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true)                    \
   TOPIC(CoupledPlanProgress, sample.arm(), "planner", "planner", .reliable = true, .transient_local = true,            \
         .heartbeat = 5ms)                                                                                              \

@@ -1,5 +1,6 @@
 #include "services/cli/cell_access.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace hecaton::services::cli {
@@ -79,6 +80,10 @@ const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_vie
 
 void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms) {
   for (const std::string& arm : arms) static_cast<void>(require_arm(status, arm));
+}
+
+bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm) {
+  return arms.empty() || std::find(arms.begin(), arms.end(), arm.arm()) != arms.end();
 }
 
 }  // namespace hecaton::services::cli

@@ -34,4 +34,7 @@ using Connection = std::shared_ptr<client::Connection>;
 const msg::ArmStatus& require_arm(const msg::CellStatus& status, std::string_view arm);
 void require_arms(const msg::CellStatus& status, const std::vector<std::string>& arms);
 
+/// Whether an order for `arms`, empty: for all of the cell, concerns this one.
+[[nodiscard]] bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm);
+
 }  // namespace hecaton::services::cli

@@ -13,7 +13,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct AgentOptions {
   std::string cell;
   std::optional<std::string> host;
   std::string log_dir;
@@ -23,7 +23,7 @@ struct Options {
   bool view = false;
 };
 
-std::vector<std::string> arguments_for(const Settings& settings, const Options& options) {
+std::vector<std::string> arguments_for(const Settings& settings, const AgentOptions& options) {
   std::vector<std::string> words{options.cell};
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {name, value});
@@ -40,7 +40,7 @@ std::vector<std::string> arguments_for(const Settings& settings, const Options& 
 }
 
 /// Does not return; throws Failure when the agent cannot be run.
-ExitCode become_agent(const Settings& settings, const Options& options) {
+ExitCode become_agent(const Settings& settings, const AgentOptions& options) {
   become("hecaton-agent", arguments_for(settings, options));
 }
 
@@ -49,7 +49,7 @@ ExitCode become_agent(const Settings& settings, const Options& options) {
 void add_agent(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("agent", "Starts, watches and restarts the services that a cell file places on a host");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AgentOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   command->add_option("--host", options->host, "name of this host in the cell file (all hosts)")->type_name("NAME");
   command->add_option("--log-dir", options->log_dir, "folder for the logs of the services (stderr)")->type_name("DIR");

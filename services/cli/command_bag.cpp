@@ -21,7 +21,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct BagOptions {
   std::string file;
   std::optional<std::string> folder;
   bool csv = false;
@@ -168,7 +168,7 @@ std::string info_text(const recorder::BagInfo& info) {
   return text;
 }
 
-ExitCode show_info(const Settings& settings, const Options& options) {
+ExitCode show_info(const Settings& settings, const BagOptions& options) {
   try {
     const recorder::BagInfo info = recorder::bag_info(options.file);
     print(settings, info_json(info), info_text(info));
@@ -178,7 +178,7 @@ ExitCode show_info(const Settings& settings, const Options& options) {
   }
 }
 
-ExitCode export_ros2(const Settings& settings, const Options& options) {
+ExitCode export_ros2(const Settings& settings, const BagOptions& options) {
   const auto recording = open_recording({options.file});
   std::vector<replay::Ros2BagTopic> topics;
   try {
@@ -199,7 +199,7 @@ ExitCode export_ros2(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
-ExitCode export_bag(const Settings& settings, const Options& options) {
+ExitCode export_bag(const Settings& settings, const BagOptions& options) {
   if (options.csv == options.ros2) throw Failure(ExitCode::kUsage, "bag export needs one format: --csv or --ros2");
   if (!options.folder) throw Failure(ExitCode::kUsage, "bag export needs the folder to write into: -o DIR");
   if (options.ros2) return export_ros2(settings, options);
@@ -221,7 +221,7 @@ ExitCode export_bag(const Settings& settings, const Options& options) {
   }
 }
 
-CLI::App* add_file_command(CLI::App& app, const char* name, const char* description, Options& options) {
+CLI::App* add_file_command(CLI::App& app, const char* name, const char* description, BagOptions& options) {
   CLI::App* command = app.add_subcommand(name, description);
   command->add_option("FILE", options.file, "recording (.mcap)")->required();
   return command;
@@ -232,7 +232,7 @@ CLI::App* add_file_command(CLI::App& app, const char* name, const char* descript
 void add_bag(CLI::App& app, Session& session) {
   CLI::App* bag = app.add_subcommand("bag", "Shows or converts a recording");
   bag->require_subcommand(1);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BagOptions>();
   CLI::App* info = add_file_command(*bag, "info", "Shows topics, rates, losses, clocks and attached files", *options);
   info->footer("Exit code 1: the recording has no end or is damaged; what its CRCs prove is shown.");
   info->callback(

@@ -345,7 +345,7 @@ std::string cell_text(const config::CellFile& file, const Findings& findings, bo
          next_steps(file, findings);
 }
 
-struct Options {
+struct CheckOptions {
   std::string file;
   bool details = false;
   RobotOptions robot;
@@ -359,7 +359,7 @@ std::string both_arms(const std::string& robot) {
 }
 
 /// How to draft a cell with the robot.
-std::string first_steps(const Options& options) {
+std::string first_steps(const CheckOptions& options) {
   const std::string both = both_arms(options.file);
   std::string text =
       "next: hecaton init -o cell.yaml " + (both.empty() ? "left=" + shell_word(options.file) + "@\"0 0 0\"" : both);
@@ -371,7 +371,7 @@ std::string first_steps(const Options& options) {
   return text + "\n";
 }
 
-ExitCode check_urdf(const Settings& settings, const Options& options) {
+ExitCode check_urdf(const Settings& settings, const CheckOptions& options) {
   planner::RobotModel model = *load_robot(options.file, options.robot);
   if (std::filesystem::exists(options.file)) {
     model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
@@ -394,7 +394,7 @@ void check_draws(const config::CellFile& file, Findings& findings) {
                   config::Finding{config::Severity::kError, "tasks: no task can be drawn: " + *reason});
 }
 
-ExitCode check_cell(const Settings& settings, const Options& options) {
+ExitCode check_cell(const Settings& settings, const CheckOptions& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
   require_known_devices(file);
@@ -411,7 +411,7 @@ ExitCode check_cell(const Settings& settings, const Options& options) {
 void add_check(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("check", "Validates a cell file or a robot and describes it, without starting a process");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   command->add_option("FILE", options->file, "cell file (YAML), robot description (URDF) or name of a robot")
       ->required();
   command->add_flag("--details", options->details,

@@ -22,12 +22,12 @@ constexpr std::array kOrders{msg::DeviceOrder::DEVICE_POWER_ON, msg::DeviceOrder
                              msg::DeviceOrder::DEVICE_UNLOCK, msg::DeviceOrder::DEVICE_OBSERVE,
                              msg::DeviceOrder::DEVICE_COMMAND};
 
-struct Options {
+struct DeviceOptions {
   std::string arm;
   std::string order;
 };
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_device(const Settings& settings, const DeviceOptions& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
   const auto* order =
@@ -44,7 +44,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 void add_device(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("device", "Switches the device of an arm on or off, unlocks it, or leaves the arm to others");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DeviceOptions>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   std::vector<std::string> names;
   for (const msg::DeviceOrder order : kOrders) names.push_back(text(order));
@@ -57,7 +57,7 @@ void add_device(CLI::App& app, Session& session) {
       "Look at the arm first: unlock releases a stop that the robot made by itself. The arm stays held until 'hecaton "
       "resume ARM'. No order is a safety function.");
   command->callback([&session, options] {
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_device(session.settings, *options); });
   });
 }
 

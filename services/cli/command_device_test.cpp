@@ -26,7 +26,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct DeviceTestOptions {
   std::string cell;
   std::string arm;
   double distance = 0.05;
@@ -86,7 +86,7 @@ std::string table_text(const DeviceTestReport& report) {
   return table.text(palette);
 }
 
-Json report_json(const Options& options, const std::string& type, const DeviceTestReport& report,
+Json report_json(const DeviceTestOptions& options, const std::string& type, const DeviceTestReport& report,
                  const std::optional<Interrupted>& interrupted) {
   Json checks = Json::array();
   for (const DeviceCheck& check : report.checks) {
@@ -118,7 +118,7 @@ int arm_of(const config::CellFile& file, const std::string& name) {
 }
 
 /// Warns of the motion. Throws Failure when a person does not agree.
-void require_consent(const Options& options, const std::string& type) {
+void require_consent(const DeviceTestOptions& options, const std::string& type) {
   if (!options.yes && isatty(STDIN_FILENO) == 0) {
     throw Failure(ExitCode::kUsage, "arm " + options.arm + " has a device of type " + type +
                                         " and would move: call 'hecaton device-test' with --yes, or on a terminal");
@@ -133,7 +133,7 @@ void require_consent(const Options& options, const std::string& type) {
   if (answer != "y" && answer != "yes") throw Failure(ExitCode::kNegative, "nothing was tested, nothing has moved");
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_device_test(const Settings& settings, const DeviceTestOptions& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   const int arm = arm_of(file, options.arm);
   const config::DeviceOptions& chosen = file.devices[arm];
@@ -179,7 +179,7 @@ void add_device_test(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand(
       "device-test",
       "Moves an arm a little, without a cell, and tests whether its device keeps the contract of devices");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DeviceTestOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   add_number(
@@ -191,8 +191,9 @@ void add_device_test(CLI::App& app, Session& session) {
       "The arm moves, and no planner avoids contacts: stop its cell, free its surroundings, and keep a hand on the "
       "emergency stop. Ctrl-C stops the arm. Exit code 0: all checks passed; 1: one failed or could not be made. No "
       "check is a safety function.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+  command->callback([&session, options] {
+    session.action = [&session, options] { return run_device_test(session.settings, *options); };
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -19,7 +19,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct FirewallOptions {
   std::string cell;
   std::vector<std::string> allowed;
 };
@@ -77,7 +77,7 @@ std::string rules_text(const config::CellFile& file, int domain, const std::set<
   return text + "    " + range + " counter drop\n  }\n}\n";
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_firewall(const Settings& settings, const FirewallOptions& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   ServiceOptions wanted;
   wanted.domain = settings.domain;
@@ -100,7 +100,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 void add_firewall(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("firewall", "Prints rules for nftables: only the hosts of a cell reach its processes");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FirewallOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   command
       ->add_option("--allow", options->allowed,
@@ -110,8 +110,9 @@ void add_firewall(CLI::App& app, Session& session) {
       "Load them on each host: hecaton firewall CELL | sudo nft -f -. They replace those of an earlier call for the "
       "same DDS domain. Ports of the page, of ROS 2 and of robots stay as they are. A sender can forge its address "
       "unless the network prevents it.");
-  command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+  command->callback([&session, options] {
+    session.action = [&session, options] { return run_firewall(session.settings, *options); };
+  });
 }
 
 }  // namespace hecaton::services::cli

@@ -20,13 +20,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kAcceptLimit = 5s;   // for the planner to accept or reject the goal, with inverse kinematics
-constexpr auto kPollPeriod = 1s;    // of the supervisor, for the reason why the arm waits
-constexpr auto kPollLimit = 500ms;  // for one reply
-constexpr auto kSilenceLimit = 5s;  // of the whole cell
-constexpr auto kOverdueLimit = 2s;  // for the planner to end a goal after its time limit
+constexpr auto kAcceptLimit = 5s;    // for the planner to accept or reject the goal, with inverse kinematics
+constexpr auto kPollPeriod = 1s;     // of the supervisor, for the reason why the arm waits
+constexpr auto kPollLimit = 500ms;   // for one reply
+constexpr auto kSilenceLimit = 5s;   // of the whole cell
+constexpr auto kOverdueAnswer = 2s;  // for the planner to end a goal after its time limit
 
-struct Options {
+struct GoalOptions {
   std::string arm;
   std::vector<double> joints;
   std::string named;
@@ -35,7 +35,7 @@ struct Options {
   double time_limit = 0.0;  // [s]; 0: none
 };
 
-void fill(msg::Goal& goal, const Options& options) {
+void fill(msg::Goal& goal, const GoalOptions& options) {
   goal.time_limit(options.time_limit);
   if (!options.joints.empty()) {
     goal.kind(msg::GoalKind::GOAL_JOINTS);
@@ -52,7 +52,7 @@ void fill(msg::Goal& goal, const Options& options) {
 /// Sends one goal and follows it to its end.
 class GoalFollower {
  public:
-  GoalFollower(client::Connection& cell, const Options& options) : cell_(cell), options_(options) {
+  GoalFollower(client::Connection& cell, const GoalOptions& options) : cell_(cell), options_(options) {
     msg::Goal goal;
     goal.arm(options.arm);
     fill(goal, options);
@@ -65,7 +65,7 @@ class GoalFollower {
     while (!cell_.wait_until([this] { return update(); }, kPollPeriod)) {
       const auto now = client::Clock::now();
       if (!status_ && !warned_ && now > sent + kAcceptLimit) warn();
-      if (options_.time_limit > 0.0 && Seconds(now - sent) > Seconds(options_.time_limit) + kOverdueLimit) {
+      if (options_.time_limit > 0.0 && Seconds(now - sent) > Seconds(options_.time_limit) + kOverdueAnswer) {
         throw Failure(ExitCode::kTimeOut, "arm '" + options_.arm + "' did not end its goal within its time limit" +
                                               (printed_.empty() ? "" : ": " + printed_));
       }
@@ -125,7 +125,7 @@ class GoalFollower {
   }
 
   client::Connection& cell_;
-  const Options& options_;
+  const GoalOptions& options_;
   std::shared_ptr<client::GoalRecord> goal_;
   std::optional<msg::GoalStatus> status_;
   bool warned_ = false;  ///< that no planner has answered
@@ -147,7 +147,7 @@ ExitCode outcome_code(const msg::GoalStatus& status) {
   }
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_goal(const Settings& settings, const GoalOptions& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
   const msg::GoalStatus status = GoalFollower(*cell, options).run();
@@ -169,7 +169,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_goal(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("goal", "Gives an arm a goal; a later goal replaces an earlier one");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GoalOptions>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   CLI::Option_group* what = command->add_option_group("goal", "one of");
   add_numbers(*what, "--joints", options->joints, 0, "joint positions, base to tip [rad or m]");
@@ -182,7 +182,7 @@ void add_goal(CLI::App& app, Session& session) {
                86400.0);
   command->callback([&session, options, command] {
     check_tool_goal_options(*command);
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_goal(session.settings, *options); });
   });
   command->footer(
       "A pose is reached when the measured tool is within the tolerance of its position and orientation. An arm that\n"

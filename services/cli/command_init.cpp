@@ -21,7 +21,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct InitOptions {
   std::string path = "cell.yaml";
   std::vector<std::string> arms;
   RobotFileOptions files;
@@ -77,7 +77,7 @@ void refuse_existing(const std::string& path) {
   throw Failure(ExitCode::kBadInput, "'" + path + "' exists already: name another file with -o, or remove it");
 }
 
-ExitCode run(const Options& options) {
+ExitCode run_init(const InitOptions& options) {
   refuse_existing(options.path);  // before the work; write_new() decides
   std::vector<DraftArm> arms;
   for (const std::string& word : options.arms) {
@@ -145,7 +145,7 @@ std::vector<std::string> ask_for_arms(std::istream& in, std::ostream& out, const
 void add_init(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand(
       "init", "Writes a commented cell file for robots and their bases; without arms it asks, on a terminal");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InitOptions>();
   command->add_option("-o,--file", options->path, "the cell file to write; an existing file stays (cell.yaml)")
       ->type_name("FILE");
   command
@@ -164,7 +164,7 @@ void add_init(CLI::App& app, Session& session) {
         }
         options->arms = ask_for_arms(std::cin, std::cout, options->files);
       }
-      return run(*options);
+      return run_init(*options);
     };
   });
 }

@@ -21,7 +21,7 @@ namespace {
 
 constexpr config::Bounds kValue{-1e3, 1e3, ""};
 
-struct Options {
+struct IoOptions {
   std::string arm;   // empty: all
   std::string name;  // empty: all signals
   std::optional<double> value, until, above, below;
@@ -51,7 +51,7 @@ std::string value_text(const msg::Signal& signal) {
   return text;
 }
 
-Json to_json(const std::string& arm, const msg::Signal& signal) {
+Json signal_json(const std::string& arm, const msg::Signal& signal) {
   return {{"arm", arm},
           {"name", signal.name()},
           {"kind", kind_text(signal.kind())},
@@ -65,7 +65,7 @@ const msg::Signal* find(const msg::ToolState& state, const std::string& name) {
   return found == state.signals().end() ? nullptr : &*found;
 }
 
-[[noreturn]] void fail_without(const Options& options, const msg::ToolState* state) {
+[[noreturn]] void fail_without(const IoOptions& options, const msg::ToolState* state) {
   std::vector<std::string> names;
   if (state != nullptr) {
     for (const msg::Signal& signal : state->signals()) names.push_back(signal.name());
@@ -75,7 +75,8 @@ const msg::Signal* find(const msg::ToolState& state, const std::string& name) {
                                                         : "; it has " + listed(names)));
 }
 
-ExitCode list(const Settings& settings, const Options& options, const Connection& cell, const msg::CellStatus& status) {
+ExitCode list(const Settings& settings, const IoOptions& options, const Connection& cell,
+              const msg::CellStatus& status) {
   Json json = Json::array();
   std::string text;
   for (const msg::ArmStatus& arm : status.arms()) {
@@ -84,7 +85,7 @@ ExitCode list(const Settings& settings, const Options& options, const Connection
     const auto heard = cell->tool_state(arm.arm(), Seconds(0.5));
     if (!heard) continue;
     for (const msg::Signal& signal : heard->value.signals()) {
-      json.push_back(to_json(arm.arm(), signal));
+      json.push_back(signal_json(arm.arm(), signal));
       text += arm.arm() + " " + signal.name() + ": " + value_text(signal) + " (" + kind_text(signal.kind()) + ")\n";
     }
   }
@@ -92,7 +93,7 @@ ExitCode list(const Settings& settings, const Options& options, const Connection
   return ExitCode::kDone;
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_io(const Settings& settings, const IoOptions& options) {
   const Connection cell = connect(settings);
   const msg::CellStatus status = cell->status(answer_limit(settings));
   if (!options.arm.empty()) static_cast<void>(require_arm(status, options.arm));
@@ -130,7 +131,7 @@ ExitCode run(const Settings& settings, const Options& options) {
   if (!last) last = cell->tool_state(options.arm, answer_limit(settings));
   const msg::Signal* signal = last ? find(last->value, options.name) : nullptr;
   if (signal == nullptr) fail_without(options, nullptr);
-  print(settings, to_json(options.arm, *signal), value_text(*signal) + "\n");
+  print(settings, signal_json(options.arm, *signal), value_text(*signal) + "\n");
   return ExitCode::kDone;
 }
 
@@ -138,7 +139,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_io(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("io", "Lists, reads, sets or awaits signals of the arms' devices");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<IoOptions>();
   command->add_option("ARM", options->arm, "name of the arm; left out: the signals of all arms");
   command->add_option("NAME", options->name, "name of the signal in the cell file; left out: all of the arm");
   CLI::Option* value = add_number(
@@ -161,7 +162,7 @@ void add_io(CLI::App& app, Session& session) {
     if (options->waits() && options->name.empty()) {
       throw CLI::ValidationError("a wait needs the name of an arm and of a signal");
     }
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_io(session.settings, *options); });
   });
 }
 

@@ -21,9 +21,9 @@
 namespace hecaton::services::cli {
 namespace {
 
-constexpr std::uint64_t kLongest = 36500;  // [day]
+constexpr std::uint64_t kLongestValidity = 36500;  // [day]
 
-struct Options {
+struct KeystoreOptions {
   std::string folder;
   std::string host;
   std::vector<std::string> hosts;
@@ -40,15 +40,15 @@ ExitCode guarded(Action action) {
   }
 }
 
-std::chrono::days days(const Options& options) {
+std::chrono::days days(const KeystoreOptions& options) {
   return std::chrono::days(options.days);
 }
 
-std::string enclave(const Options& options, const std::string& host) {
+std::string enclave(const KeystoreOptions& options, const std::string& host) {
   return (std::filesystem::path(options.folder) / "enclaves" / host).string();
 }
 
-ExitCode create(const Settings& settings, const Options& options) {
+ExitCode create(const Settings& settings, const KeystoreOptions& options) {
   create_keystore(options.folder, days(options));
   print(settings, {{"keystore", options.folder}},
         "created " + options.folder + "\nnext: hecaton keystore add " + options.folder +
@@ -56,7 +56,7 @@ ExitCode create(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
-ExitCode add(const Settings& settings, const Options& options) {
+ExitCode add(const Settings& settings, const KeystoreOptions& options) {
   add_host(options.folder, options.host, days(options), options.arms);
   const std::string folder = enclave(options, options.host);
   const std::string revoked = revocations_file(options.folder).string();
@@ -67,7 +67,7 @@ ExitCode add(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
-ExitCode renew(const Settings& settings, const Options& options) {
+ExitCode renew(const Settings& settings, const KeystoreOptions& options) {
   const std::vector<std::string> hosts = options.hosts.empty() ? hosts_in(options.folder) : options.hosts;
   Json renewed = Json::array();
   std::string text;
@@ -84,7 +84,7 @@ ExitCode renew(const Settings& settings, const Options& options) {
   return ExitCode::kDone;
 }
 
-ExitCode revoke(const Settings& settings, const Options& options) {
+ExitCode revoke(const Settings& settings, const KeystoreOptions& options) {
   revoke_host(options.folder, options.host);
   const std::string list = revocations_file(options.folder).string();
   print(settings, {{"host", options.host}, {"list", list}},
@@ -95,14 +95,14 @@ ExitCode revoke(const Settings& settings, const Options& options) {
 }
 
 /// "north, west"; "all"; empty for a role that concerns no arm.
-std::string arms_text(const IdentityState& identity) {
+std::string arm_list_text(const IdentityState& identity) {
   if (!identity.arms.empty())
     return config::listed(std::vector<std::string_view>(identity.arms.begin(), identity.arms.end()));
   const bool of_arms = identity.role == role_name(Role::kPlanner) || identity.role == role_name(Role::kDriver);
   return of_arms ? "all" : "";
 }
 
-ExitCode check(const Settings& settings, const Options& options) {
+ExitCode check(const Settings& settings, const KeystoreOptions& options) {
   const auto now = std::chrono::system_clock::now();
   Json identities = Json::array();
   Table table({{"host"}, {"role"}, {"arms"}, {"expires"}, {"days left", Align::kRight}, {"state"}});
@@ -119,23 +119,23 @@ ExitCode check(const Settings& settings, const Options& options) {
                           {"days_left", left},
                           {"usable", !one.problem},
                           {"state", state}});
-    table.add({one.host, one.role, arms_text(one), date_text(one.expires), std::to_string(left), state});
+    table.add({one.host, one.role, arm_list_text(one), date_text(one.expires), std::to_string(left), state});
   }
   print(settings, {{"identities", identities}}, table.text(Palette::for_stream(stdout)));
   return all_usable ? ExitCode::kDone : ExitCode::kNegative;
 }
 
-CLI::App* add_folder_command(CLI::App& app, const char* name, const char* description, Options& options) {
+CLI::App* add_folder_command(CLI::App& app, const char* name, const char* description, KeystoreOptions& options) {
   CLI::App* command = app.add_subcommand(name, description);
   command->add_option("DIR", options.folder, "keystore")->required();
   return command;
 }
 
-void add_validity(CLI::App& command, Options& options, std::uint64_t preset) {
+void add_validity(CLI::App& command, KeystoreOptions& options, std::uint64_t preset) {
   options.days = preset;
   add_whole_number(
       command, "--days", [&options](std::uint64_t number) { options.days = number; },
-      "how long the certificates are valid (" + std::to_string(preset) + ")", 1, kLongest);
+      "how long the certificates are valid (" + std::to_string(preset) + ")", 1, kLongestValidity);
 }
 
 }  // namespace
@@ -143,18 +143,18 @@ void add_validity(CLI::App& command, Options& options, std::uint64_t preset) {
 void add_keystore(CLI::App& app, Session& session) {
   CLI::App* keystore = app.add_subcommand("keystore", "Makes and checks the keys of a secured cell");
   keystore->require_subcommand(1);
-  const auto does = [&session](CLI::App* command, std::shared_ptr<Options> options, auto action) {
+  const auto does = [&session](CLI::App* command, std::shared_ptr<KeystoreOptions> options, auto action) {
     command->callback([&session, options, action] {
       session.action = [&session, options, action] {
         return guarded([&] { return action(session.settings, *options); });
       };
     });
   };
-  const auto created = std::make_shared<Options>();
+  const auto created = std::make_shared<KeystoreOptions>();
   CLI::App* creation = add_folder_command(*keystore, "create", "Makes the authority that signs identities", *created);
   add_validity(*creation, *created, 3650);
   does(creation, created, create);
-  const auto added = std::make_shared<Options>();
+  const auto added = std::make_shared<KeystoreOptions>();
   CLI::App* addition = add_folder_command(*keystore, "add", "Makes the identities of a host, or new ones", *added);
   addition->add_option("HOST", added->host, "a host of the cell file")->required();
   addition
@@ -163,18 +163,18 @@ void add_keystore(CLI::App& app, Session& session) {
       ->delimiter(',');
   add_validity(*addition, *added, 365);
   does(addition, added, add);
-  const auto renewed = std::make_shared<Options>();
+  const auto renewed = std::make_shared<KeystoreOptions>();
   CLI::App* renewal =
       add_folder_command(*keystore, "renew", "Makes new keys for identities before they expire", *renewed);
   renewal->add_option("HOST", renewed->hosts, "hosts of the keystore; without any: all");
   add_validity(*renewal, *renewed, 365);
   does(renewal, renewed, renew);
-  const auto revoked = std::make_shared<Options>();
+  const auto revoked = std::make_shared<KeystoreOptions>();
   CLI::App* revocation =
       add_folder_command(*keystore, "revoke", "Ends the identities of a host, also where they are connected", *revoked);
   revocation->add_option("HOST", revoked->host, "a host of the keystore")->required();
   does(revocation, revoked, revoke);
-  const auto checked = std::make_shared<Options>();
+  const auto checked = std::make_shared<KeystoreOptions>();
   CLI::App* checking = add_folder_command(*keystore, "check", "Lists the identities and when they expire", *checked);
   checking->footer("Exit code 1: an identity cannot be used.");
   does(checking, checked, check);

@@ -36,10 +36,6 @@ void print_unresumed(const msg::CellMode& mode) {
   print_to_stderr("arms with a fault of their device stay held", failed);
 }
 
-bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm) {
-  return arms.empty() || std::find(arms.begin(), arms.end(), arm.arm()) != arms.end();
-}
-
 /// The supervisor lets the arm run, but its driver says that an order or a missing cell mode holds it.
 bool is_still_held(const msg::ArmStatus& arm) {
   if (arm.mode() != msg::Mode::MODE_RUN || arm.state_age() < 0.0) return false;
@@ -108,7 +104,7 @@ msg::SupervisorReply order(const Settings& settings, msg::RequestKind kind, cons
   }
 }
 
-ExitCode run(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
+ExitCode run_mode(const Settings& settings, msg::RequestKind kind, const std::vector<std::string>& arms) {
   const msg::SupervisorReply reply = order(settings, kind, arms);
   if (!reply.done()) throw Failure(ExitCode::kNegative, reply.cause().text());
   if (!is_none(reply.cause())) std::fprintf(stderr, "done, but %s\n", reply.cause().text().c_str());
@@ -127,7 +123,7 @@ void add_mode(CLI::App& app, Session& session, const char* name, const char* des
   command->add_option("ARM", *arms, "names of arms (the whole cell)");
   command->footer("No safety function: only the emergency stop of the robots protects people.");
   command->callback([&session, arms, kind] {
-    session.action = on_cell([&session, arms, kind] { return run(session.settings, kind, *arms); });
+    session.action = on_cell([&session, arms, kind] { return run_mode(session.settings, kind, *arms); });
   });
 }
 

@@ -44,7 +44,7 @@ Path motion_path(const std::string& name) {
   return Path::kNone;
 }
 
-struct Options {
+struct PlanOptions {
   PlanArguments arguments;
   std::string method{global::default_planner()->traits().name};
   std::uint64_t seed = 1;
@@ -69,7 +69,7 @@ std::string effort_of(const global::Plan& plan) {
 
 /// Plans, then shortens the path; measures the duration of both.
 template <typename Plan, typename Shorten>
-PlanOutcome timed(const Options& options, const Plan& plan, const Shorten& shorten) {
+PlanOutcome timed(const PlanOptions& options, const Plan& plan, const Shorten& shorten) {
   PlanOutcome outcome;
   outcome.method = options.method;
   outcome.seed = options.seed;
@@ -115,7 +115,7 @@ class PlanWatch {
   Progress progress_;
 };
 
-PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const Options& options,
+PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, const PlanOptions& options,
                       PlanWatch& watch) {
   global::PlanOptions plan_options;
   plan_options.planner = global::built_in_planners().at(options.method);
@@ -135,7 +135,7 @@ PlanOutcome by_search(const PlanQuery& query, const global::Validity& validity, 
   return outcome;
 }
 
-PlanOutcome by_field(const PlanQuery& query, const Options& options) {
+PlanOutcome by_field(const PlanQuery& query, const PlanOptions& options) {
   FieldQuery field(query, options.clearance);
   return timed(
       options, [&](Clock::time_point) { return field.plan(); },
@@ -143,7 +143,7 @@ PlanOutcome by_field(const PlanQuery& query, const Options& options) {
 }
 
 /// The path is the simulated motion, which is not shortened.
-PlanOutcome by_simulation(const PlanQuery& query, const global::Validity& validity, const Options& options,
+PlanOutcome by_simulation(const PlanQuery& query, const global::Validity& validity, const PlanOptions& options,
                           PlanWatch& watch) {
   PlanOutcome outcome;
   outcome.method = options.method;
@@ -172,7 +172,7 @@ void limit_samples(double period, double duration) {
 }
 
 /// Computes the trajectory. Rounded corners keep the clearance that shortening keeps, or 0.9 of the path's clearance.
-void time_path(const global::Validity& validity, const Options& options, PlanOutcome& outcome) {
+void time_path(const global::Validity& validity, const PlanOptions& options, PlanOutcome& outcome) {
   const auto began = Clock::now();
   global::TimedPathOptions timing;
   timing.blend.deviation = options.deviation;
@@ -187,7 +187,7 @@ void time_path(const global::Validity& validity, const Options& options, PlanOut
 }
 
 /// Throws Failure (usage) for options that the method ignores.
-void refuse_ignored_options(const CLI::App& command, const Options& options) {
+void refuse_ignored_options(const CLI::App& command, const PlanOptions& options) {
   const auto refuse = [&](std::initializer_list<const char*> names, const char* why) {
     for (const char* name : names) {
       if (command.count(name) == 0) continue;
@@ -204,7 +204,7 @@ void refuse_ignored_options(const CLI::App& command, const Options& options) {
 
 /// What a configuration must satisfy as the goal. A sensor-only method knows no obstacles before it moves.
 planner::ConfigurationCheck goal_check(const PlanQuery& query, const global::Validity& validity,
-                                       const Options& options) {
+                                       const PlanOptions& options) {
   if (motion_path(options.method) == Path::kWalk) {
     return [&query](const planner::JointVector& q) {
       return planner::reject_goal(planner::CellGeometry({query.first.arm}, 0), q, {});
@@ -217,7 +217,7 @@ planner::ConfigurationCheck goal_check(const PlanQuery& query, const global::Val
   };
 }
 
-PlanOutcome rejected(const Options& options, planner::ToolGoalAnswer tool) {
+PlanOutcome rejected(const PlanOptions& options, planner::ToolGoalAnswer tool) {
   PlanOutcome outcome;
   outcome.method = options.method;
   outcome.seed = options.seed;
@@ -228,7 +228,7 @@ PlanOutcome rejected(const Options& options, planner::ToolGoalAnswer tool) {
 }
 
 /// Before planning, so that no plan is lost.
-void require_writable(const std::string& plot) {
+void require_writable_plot(const std::string& plot) {
   if (!std::ofstream(plot, std::ios::app)) throw Failure(ExitCode::kBadInput, "--plot: " + plot + " cannot be written");
 }
 
@@ -242,19 +242,19 @@ void refuse_empty(const CLI::App& command) {
 }
 
 void write_plot(const PlanQuery& query, const global::Validity& validity, const PlanOutcome& outcome,
-                const Options& options) {
+                const PlanOptions& options) {
   std::ofstream file(options.plot);
   file << plan_plot(query, validity, outcome, motion_path(options.method) == Path::kDescent);
   if (!file.flush()) throw Failure(ExitCode::kBadInput, "--plot: " + options.plot + " cannot be written");
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_plan(const Settings& settings, const PlanOptions& options) {
   PlanQuery query = make_plan_query(options.arguments);
   const Path path = motion_path(options.method);
   const bool simulates = path == Path::kWalk;
   if (!options.plot.empty() && !simulates) {
     (void)only_arm(query, "--plot");
-    require_writable(options.plot);
+    require_writable_plot(options.plot);
   }
   global::ValidityOptions validity_options;
   validity_options.step = options.step;
@@ -287,7 +287,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_plan(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("plan", "Plans one path around all obstacles, without network");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlanOptions>();
   PlanArguments& arguments = options->arguments;
   command->add_option("FILE", arguments.file, "cell file (YAML), robot description (URDF) or name of a robot")
       ->required();
@@ -372,7 +372,7 @@ void add_plan(CLI::App& app, Session& session) {
       if (is_robot(options->arguments.file) && !options->arguments.arms.empty()) {
         throw Failure(ExitCode::kUsage, "--arm is for a cell file: a URDF has one arm");
       }
-      return run(session.settings, *options);
+      return run_plan(session.settings, *options);
     };
   });
 }

@@ -14,7 +14,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct PostureOptions {
   std::string arm;
   std::vector<std::string> places;  // "joint=value"
 };
@@ -33,7 +33,7 @@ std::vector<std::pair<std::string, double>> parse(const std::vector<std::string>
   return places;
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_posture(const Settings& settings, const PostureOptions& options) {
   const auto places = parse(options.places);
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
@@ -57,7 +57,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 void add_posture(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("posture", "Tells the planners where joints outside the chain of an arm are, such as fingers");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PostureOptions>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   command
       ->add_option("POSITION", options->places, "JOINT=POSITION of a joint that has a range in the cell file [rad | m]")
@@ -67,7 +67,7 @@ void add_posture(CLI::App& app, Session& session) {
       "The order moves nothing: it is for joints that no gripper of Hecaton moves. Until you give it, planners count "
       "the whole range. Repeat the order before the joint moves.");
   command->callback([&session, options] {
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_posture(session.settings, *options); });
   });
 }
 

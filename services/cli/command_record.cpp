@@ -29,9 +29,9 @@
 namespace hecaton::services::cli {
 namespace {
 
-constexpr double kLongest = 1e7;  // [s], four months
+constexpr double kLongestRecord = 1e7;  // [s], four months
 
-struct Options {
+struct RecordOptions {
   std::string cell;
   std::optional<std::string> file;
   std::optional<std::string> split_size;
@@ -55,7 +55,7 @@ std::chrono::nanoseconds seconds(double value) {
   return nanoseconds(value);
 }
 
-recorder::RecordingOptions recording_of(const Options& options) {
+recorder::RecordingOptions recording_of(const RecordOptions& options) {
   if (!options.file) throw Failure(ExitCode::kUsage, "record needs the file to write: -o FILE.mcap");
   constexpr std::string_view kEnding = ".mcap";
   if (!options.file->ends_with(kEnding) || options.file->size() == kEnding.size()) {
@@ -110,7 +110,7 @@ void print_result(const Settings& settings, const recorder::Recorder& recorder) 
 /// Events and orders after which the files that --keep would remove are saved.
 class Saving {
  public:
-  Saving(const config::CellFile& file, const ServiceOptions& service, const Options& options)
+  Saving(const config::CellFile& file, const ServiceOptions& service, const RecordOptions& options)
       : after_(seconds(std::max(0.0, options.after_fault))),
         participant_(make_participant(file, service, Role::kViewer, recorder_node())),
         orders_(participant_, machine_name()) {
@@ -138,7 +138,7 @@ class Saving {
   std::optional<recorder::SavingEvents> events_;  ///< none: only orders save
 };
 
-ExitCode record(const Settings& settings, const Options& options) {
+ExitCode record(const Settings& settings, const RecordOptions& options) {
   const recorder::SaveSignal save;
   const std::string cell = options.cell.empty() ? settings.cell_file : options.cell;
   if (cell.empty()) throw Failure(ExitCode::kUsage, "record needs the cell file, as CELL, --cell or HECATON_CELL");
@@ -177,7 +177,7 @@ ExitCode record(const Settings& settings, const Options& options) {
 }
 
 /// Orders the recorders of the cell, on whatever hosts.
-ExitCode save(const Settings& given, const Options& options) {
+ExitCode save(const Settings& given, const RecordOptions& options) {
   Settings settings = given;
   if (!options.cell.empty()) settings.cell_file = options.cell;
   Json json = Json::array();
@@ -194,21 +194,23 @@ ExitCode save(const Settings& given, const Options& options) {
 
 void add_record(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("record", "Records all topics of a running cell into a file, until Ctrl-C");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RecordOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML) (--cell or HECATON_CELL)");
   CLI::Option* file =
       command->add_option("-o,--file", options->file, "the recording to write (.mcap); an existing file stays")
           ->type_name("FILE");
-  add_duration(*command, "--duration", options->duration, "end after this time (Ctrl-C)", 0.1, kLongest);
+  add_duration(*command, "--duration", options->duration, "end after this time (Ctrl-C)", 0.1, kLongestRecord);
   command
       ->add_option("--split-size", options->split_size, "begin another file above this size, such as 500MB (one file)")
       ->type_name("SIZE");
   add_duration(*command, "--split-time", options->split_time, "begin another file after this time (one file)", 1.0,
-               kLongest);
-  CLI::Option* keep = add_duration(*command, "--keep", options->keep,
-                                   "keep only the last files: those that ended within this time (all)", 1.0, kLongest);
+               kLongestRecord);
+  CLI::Option* keep =
+      add_duration(*command, "--keep", options->keep,
+                   "keep only the last files: those that ended within this time (all)", 1.0, kLongestRecord);
   add_duration(*command, "--after-fault", options->after_fault,
-               "after a fault or a stop, save what is kept and this time after it (nothing is saved)", 0.0, kLongest)
+               "after a fault or a stop, save what is kept and this time after it (nothing is saved)", 0.0,
+               kLongestRecord)
       ->needs(keep);
   command->add_flag("--ros2", options->ros2,
                     "with the topics of ROS 2 that hecaton-ros2 would send, for other programs");

@@ -27,10 +27,10 @@
 namespace hecaton::services::cli {
 namespace {
 
-constexpr double kLongest = 1e9;        // [s]
+constexpr double kLatest = 1e9;         // [s]
 constexpr double kLongestFilm = 600.0;  // [s]
 
-struct Options {
+struct RenderOptions {
   std::vector<std::string> inputs;
   std::string file;
   std::optional<double> at;        ///< [s]
@@ -44,7 +44,7 @@ bool is_recording(const std::string& path) {
 }
 
 /// Throws Failure (bad input).
-void require_fitting(const Options& options) {
+void require_fitting(const RenderOptions& options) {
   const bool png = options.file.ends_with(".png");
   if (!png && !options.file.ends_with(".webm")) {
     throw Failure(ExitCode::kBadInput, "-o '" + config::printable_path(options.file) +
@@ -88,7 +88,8 @@ void require_writable(const std::string& path) {
                                          (writable ? "it is a folder" : reason) + "; name another file");
 }
 
-std::optional<std::string> draw(const Options& options, const std::function<void(std::size_t, std::size_t)>& progress,
+std::optional<std::string> draw(const RenderOptions& options,
+                                const std::function<void(std::size_t, std::size_t)>& progress,
                                 const std::function<bool()>& interrupted) {
   if (!is_recording(options.inputs.front())) {
     const config::CellFile file = config::load_cell_file(options.inputs.front());
@@ -107,7 +108,7 @@ std::optional<std::string> draw(const Options& options, const std::function<void
                                interrupted);
 }
 
-ExitCode run(const Settings& settings, Options& options) {
+ExitCode run_render(const Settings& settings, RenderOptions& options) {
   require_fitting(options);
   require_writable(options.file);
   options.picture.film = options.file.ends_with(".webm");
@@ -146,7 +147,7 @@ ExitCode run(const Settings& settings, Options& options) {
 
 void add_render(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("render", "Draws a picture of a cell, or a picture or film of a recording");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderOptions>();
   command
       ->add_option("FILE", options->inputs,
                    "cell file (YAML); or recording (.mcap), the files of a split recording in their order")
@@ -158,7 +159,7 @@ void add_render(CLI::App& app, Session& session) {
       ->type_name("FILE");
   add_number(
       *command, "--at", [options](double at) { options->at = at; },
-      "time of the recording, since its begin [s]; of a film the first one (0)", config::Bounds{0.0, kLongest, "s"});
+      "time of the recording, since its begin [s]; of a film the first one (0)", config::Bounds{0.0, kLatest, "s"});
   add_number(
       *command, "--duration", [options](double duration) { options->duration = duration; },
       "time of the recording that a film shows [s] (to its end, 600 at most)", config::Bounds{0.0, kLongestFilm, "s"});
@@ -185,7 +186,7 @@ void add_render(CLI::App& app, Session& session) {
       "It needs chromium, which opens the page of the view without a window. A cell file is drawn as it starts. Of a "
       "recording, --layers trails draws the ways of the tools from 2 s earlier on.");
   command->callback(
-      [&session, options] { session.action = [&session, options] { return run(session.settings, *options); }; });
+      [&session, options] { session.action = [&session, options] { return run_render(session.settings, *options); }; });
 }
 
 }  // namespace hecaton::services::cli

@@ -30,9 +30,9 @@
 namespace hecaton::services::cli {
 namespace {
 
-constexpr double kLongest = 1e9;  // [s]
+constexpr double kLatestInstant = 1e9;  // [s]
 
-struct Options {
+struct ReplayOptions {
   std::vector<std::string> files;
   std::string listen = "127.0.0.1";
   std::uint64_t port = 0;
@@ -50,7 +50,7 @@ void require_address(const std::string& listen) {
                                          "0.0.0.0 for all of its networks");
 }
 
-ExitCode run_replay(const Options& options) {
+ExitCode run_replay(const ReplayOptions& options) {
   require_address(options.listen);
   const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
   replay::Replay replay(recording->cell);
@@ -73,7 +73,7 @@ ExitCode run_replay(const Options& options) {
 }
 
 /// Throws Failure unless the recorded cell has all of the arms.
-void require_arms(const planner::Cell& cell, const std::vector<std::string>& arms) {
+void require_recorded_arms(const planner::Cell& cell, const std::vector<std::string>& arms) {
   std::string names;
   for (const std::string& name : names_of(cell)) names += (names.empty() ? "" : ", ") + name;
   for (const std::string& arm : arms) {
@@ -84,9 +84,9 @@ void require_arms(const planner::Cell& cell, const std::vector<std::string>& arm
   }
 }
 
-ExitCode run_explain(const Settings& settings, const Options& options) {
+ExitCode run_explain(const Settings& settings, const ReplayOptions& options) {
   const std::unique_ptr<OpenedRecording> recording = open_recording(options.files);
-  require_arms(recording->files.cell.cell, {options.arm});
+  require_recorded_arms(recording->files.cell.cell, {options.arm});
   const auto time = time_in(*recording, options.at, "--at");
   const replay::LongestBinding before = replay::longest_binding(recording->cell, options.arm, time);
   const std::vector<std::string> sentences = replay::explain(recording->cell.state(), options.arm, time, before);
@@ -154,11 +154,11 @@ std::string lines_of(const replay::ArmVerification& arm) {
   return lines;
 }
 
-ExitCode run_verify(const Settings& settings, const Options& options) {
+ExitCode run_verify(const Settings& settings, const ReplayOptions& options) {
   replay::Verification verified;
   try {
     const replay::RecordedFiles files = replay::read_recorded_files(options.files);
-    require_arms(files.cell.cell, options.arms);
+    require_recorded_arms(files.cell.cell, options.arms);
     Progress progress;
     verified = replay::verify_recording(options.files, files.cell.cell, options.arms, [&](double share) {
       progress.show("verifying " + options.files.front(), share * 100.0, 100.0, "%");
@@ -198,22 +198,23 @@ ExitCode run_verify(const Settings& settings, const Options& options) {
   return differs || recomputed == 0 ? ExitCode::kNegative : ExitCode::kDone;
 }
 
-void add_files(CLI::App& command, Options& options) {
+void add_files(CLI::App& command, ReplayOptions& options) {
   command.add_option("FILE", options.files, "recording (.mcap); the files of a split recording in their order")
       ->required()
       ->expected(1, 10000);
 }
 
-void add_time(CLI::App& command, Options& options, const char* description) {
+void add_time(CLI::App& command, ReplayOptions& options, const char* description) {
   add_number(
-      command, "--at", [&options](double at) { options.at = at; }, description, config::Bounds{0.0, kLongest, "s"});
+      command, "--at", [&options](double at) { options.at = at; }, description,
+      config::Bounds{0.0, kLatestInstant, "s"});
 }
 
 }  // namespace
 
 void add_replay(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("replay", "Serves the page of a recording, with a time line, until Ctrl-C");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   add_files(*command, *options);
   command->add_option("--listen", options->listen, "IPv4 address of the page (127.0.0.1: this host alone)")
       ->type_name("ADDRESS");
@@ -241,7 +242,7 @@ void add_replay(CLI::App& app, Session& session) {
 
 void add_explain(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("explain", "Says what bound an arm at one time of a recording");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   add_files(*command, *options);
   command->add_option("--arm", options->arm, "name of the arm")->required()->type_name("ARM");
   add_time(*command, *options, "time since the begin of the recording [s] (0)");

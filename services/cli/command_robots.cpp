@@ -101,7 +101,7 @@ std::string robot_text(const NamedRobot& robot, const Palette& palette) {
   return out + "URDF: " + robot.urdf + "\n";
 }
 
-ExitCode run(const Settings& settings, const std::string& name) {
+ExitCode run_robots(const Settings& settings, const std::string& name) {
   planner::SourceFiles sources;
   std::vector<NamedRobot> robots;
   const bool all = name.empty();
@@ -124,7 +124,8 @@ void add_robots(CLI::App& app, Session& session) {
   auto name = std::make_shared<std::string>();
   command->add_option("ROBOT", *name, "only this one, with joints, home pose, sources and what is approximate");
   command->footer("The environment variable HECATON_ROBOTS names another folder of robots.");
-  command->callback([&session, name] { session.action = [&session, name] { return run(session.settings, *name); }; });
+  command->callback(
+      [&session, name] { session.action = [&session, name] { return run_robots(session.settings, *name); }; });
 }
 
 }  // namespace hecaton::services::cli

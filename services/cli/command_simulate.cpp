@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::string_view kPerfect = "perfect";
 
-struct Options {
+struct SimulateOptions {
   std::string cell;
   std::string report;
   std::string plot;            ///< folder; empty: no plots
@@ -117,7 +117,7 @@ std::vector<MissedTask> missed_of(const planner::Cell& cell, const std::vector<p
 }
 
 /// `asked`: number of tasks.
-Report make_report(const planner::Cell& cell, const Options& options, int asked, planner::BatchReport batch) {
+Report make_report(const planner::Cell& cell, const SimulateOptions& options, int asked, planner::BatchReport batch) {
   Report report;
   report.cell = cell.name;
   report.method = options.changes.method.empty() ? "as configured" : options.changes.method;
@@ -155,7 +155,7 @@ Report make_report(const planner::Cell& cell, const Options& options, int asked,
   return report;
 }
 
-void begin_recording(std::optional<SimulationRecording>& recording, const Options& options,
+void begin_recording(std::optional<SimulationRecording>& recording, const SimulateOptions& options,
                      const config::CellFile& file) {
   try {
     recording.emplace(options.record, file, options.changes);
@@ -175,7 +175,7 @@ void finish_recording(SimulationRecording& recording, const std::string& path) {
                static_cast<unsigned long long>(recording.ticks()), config::valid_utf8(path).c_str());
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_simulate(const Settings& settings, const SimulateOptions& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   require_tasks(file);
   planner::Cell cell = file.cell;
@@ -244,7 +244,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 void add_simulate(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand(
       "simulate", "Simulates random conflicting tasks of a cell in virtual time, without network, and prints a report");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   planner::BatchOptions& batch = options->batch;
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   add_whole_number(
@@ -322,7 +322,7 @@ void add_simulate(CLI::App& app, Session& session) {
                     "--burst = " + config::number_text(burst) + " must be at least loss/(1 − loss) = " +
                         config::number_text(loss / (1.0 - loss)) + " for --loss = " + config::number_text(loss));
     }
-    session.action = [&session, options] { return run(session.settings, *options); };
+    session.action = [&session, options] { return run_simulate(session.settings, *options); };
   });
 }
 

@@ -38,10 +38,6 @@ double parse_percent(const std::string& word) {
                 "speed '" + config::printable(word) + "' must be a percentage from 1% to 100%, such as 30%");
 }
 
-bool concerns(const std::vector<std::string>& arms, const msg::ArmStatus& arm) {
-  return arms.empty() || std::find(arms.begin(), arms.end(), arm.arm()) != arms.end();
-}
-
 /// The arm's own override, null without one.
 const msg::ArmSpeed* own_speed(const msg::CellMode& mode, const std::string& arm) {
   const auto found = std::find_if(mode.speeds().begin(), mode.speeds().end(),
@@ -66,7 +62,7 @@ void print_speeds(const Settings& settings, const msg::CellStatus& status, const
   print(settings, json, text);
 }
 
-ExitCode run(const Settings& settings, const Words& words) {
+ExitCode run_speed(const Settings& settings, const Words& words) {
   const bool sets = is_number(words.first);
   std::vector<std::string> arms = words.arms;
   if (!sets && !words.first.empty()) arms.insert(arms.begin(), words.first);
@@ -98,8 +94,9 @@ void add_speed(CLI::App& app, Session& session) {
   command->add_option("ARM", words->arms,
                       "names of arms (the whole cell); the lower of the cell's speed and the arm's own is in force");
   command->footer("No safety function: only the safety functions of the robots limit their speed for people.");
-  command->callback(
-      [&session, words] { session.action = on_cell([&session, words] { return run(session.settings, *words); }); });
+  command->callback([&session, words] {
+    session.action = on_cell([&session, words] { return run_speed(session.settings, *words); });
+  });
 }
 
 }  // namespace hecaton::services::cli

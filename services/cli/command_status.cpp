@@ -42,7 +42,7 @@ Tools tools_of(const Connection& cell, const View& view, const msg::CellStatus& 
   return tools;
 }
 
-struct Options {
+struct StatusOptions {
   bool watch = false;
   double interval = 0.5;  // [s]
 };
@@ -101,7 +101,7 @@ ExitCode show(const Settings& settings, const View& view) {
 
 void add_view(CLI::App& app, Session& session, const View& view) {
   CLI::App* command = app.add_subcommand(view.name, view.description);
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   command->add_flag("-w,--watch", options->watch, "repeat until Ctrl-C, on a terminal in place");
   add_duration(*command, "--interval", options->interval, "time between two requests (500ms)", 0.01, 3600.0);
   command->callback([&session, options, view] {

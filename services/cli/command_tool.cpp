@@ -15,7 +15,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct ToolOptions {
   std::string arm;
   std::string order;
   double width = -1.0;  // [m]; negative: as far as it goes
@@ -37,7 +37,7 @@ std::string sentence(const msg::ToolState& state) {
   return text + "\n";
 }
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_tool(const Settings& settings, const ToolOptions& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
   if (!options.order.empty()) {
@@ -64,7 +64,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_tool(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("tool", "Opens or closes the gripper of an arm, or shows its state");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ToolOptions>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   add_choice(*command, "ORDER", options->order, {"open", "close"},
              "open: release what it holds; close: hold what is between its fingers; left out: show the state");
@@ -80,7 +80,7 @@ void add_tool(CLI::App& app, Session& session) {
       "The arm must stand. What the gripper holds becomes part of the arm: it is no obstacle to this arm any more, and "
       "other arms keep away from it. The command returns when the gripper has arrived. No order is a safety function.");
   command->callback([&session, options] {
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_tool(session.settings, *options); });
   });
 }
 

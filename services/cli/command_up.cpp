@@ -34,7 +34,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-struct Options {
+struct UpOptions {
   std::string cell;
   TaskRounds::Options tasks;
   std::string report;
@@ -79,7 +79,7 @@ class Display {
 /// One run of `up` with a valid cell file.
 class Run {
  public:
-  Run(const Settings& settings, const Options& options, const config::CellFile& file)
+  Run(const Settings& settings, const UpOptions& options, const config::CellFile& file)
       : settings_(settings),
         options_(options),
         domain_(domain_of(settings, file)),
@@ -253,7 +253,7 @@ class Run {
   }
 
   const Settings& settings_;
-  const Options& options_;
+  const UpOptions& options_;
   int domain_;
   Display display_;
   LogFolder logs_;
@@ -265,7 +265,7 @@ class Run {
   Report report_;
 };
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_up(const Settings& settings, const UpOptions& options) {
   const config::CellFile file = config::load_cell_file(options.cell);
   if (options.tasks.tasks > 0) require_tasks(file);
   require_interface(file);
@@ -279,7 +279,7 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_up(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("up", "Starts a whole cell on this host, and stops it on Ctrl-C");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<UpOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML)")->required();
   TaskRounds::Options& tasks = options->tasks;
   add_whole_number(
@@ -298,7 +298,7 @@ void add_up(CLI::App& app, Session& session) {
       "Contacts and separations are the contact monitor's. Tick times: medians over windows of 512 ticks of all "
       "planners, and the longest tick.");
   command->callback([&session, options] {
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_up(session.settings, *options); });
   });
 }
 

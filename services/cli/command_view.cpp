@@ -15,7 +15,7 @@
 namespace hecaton::services::cli {
 namespace {
 
-struct Options {
+struct ViewOptions {
   std::string cell;
   std::string listen;
   std::optional<std::uint64_t> port;
@@ -27,7 +27,7 @@ struct Options {
 };
 
 /// Does not return; throws Failure when the view cannot be run.
-ExitCode become_view(const Settings& settings, const Options& options) {
+ExitCode become_view(const Settings& settings, const ViewOptions& options) {
   const std::string cell = options.cell.empty() ? settings.cell_file : options.cell;
   if (cell.empty()) {
     throw Failure(ExitCode::kUsage, "view needs the cell file, as CELL, --cell or HECATON_CELL: it has the robots");
@@ -49,7 +49,7 @@ ExitCode become_view(const Settings& settings, const Options& options) {
 
 void add_view(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("view", "Serves a page that shows a running cell, until Ctrl-C");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ViewOptions>();
   command->add_option("CELL", options->cell, "cell file (YAML) (--cell or HECATON_CELL)");
   command
       ->add_option("--listen", options->listen,

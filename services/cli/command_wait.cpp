@@ -22,7 +22,7 @@ constexpr const char* kFault = "fault";
 const std::vector<std::string> kOutcomes = {"reached",   "blocked",  "rejected", "cancelled",
                                             "timed_out", "replaced", kFault};
 
-struct Options {
+struct WaitOptions {
   std::string arm;
   std::vector<std::string> outcomes = {"reached"};
   double timeout = 30.0;  // [s]
@@ -36,7 +36,7 @@ struct Outcome {
 
 class Waiter {
  public:
-  Waiter(client::Connection& cell, const Options& options, const msg::CellStatus& status)
+  Waiter(client::Connection& cell, const WaitOptions& options, const msg::CellStatus& status)
       : cell_(cell), options_(options), wanted_(options.outcomes.begin(), options.outcomes.end()) {
     const msg::ArmStatus& arm = require_arm(status, options.arm);
     subjects_ = {options.arm, arm.planner()};
@@ -91,7 +91,7 @@ class Waiter {
   }
 
   client::Connection& cell_;
-  const Options& options_;
+  const WaitOptions& options_;
   std::set<std::string, std::less<>> wanted_;
   std::set<std::string, std::less<>> subjects_;  ///< the arm and the nodes that serve it
   std::optional<msg::GoalStatus> newest_;
@@ -99,7 +99,7 @@ class Waiter {
   std::optional<msg::Fault> fault_;
 };
 
-ExitCode run(const Settings& settings, const Options& options) {
+ExitCode run_wait(const Settings& settings, const WaitOptions& options) {
   const Connection cell = connect(settings);
   Waiter waiter(*cell, options, cell->status(answer_limit(settings)));
   const auto outcome = waiter.run();
@@ -116,13 +116,13 @@ ExitCode run(const Settings& settings, const Options& options) {
 
 void add_wait(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("wait", "Waits for the first of the named outcomes of an arm");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WaitOptions>();
   command->add_option("ARM", options->arm, "name of the arm")->required();
   add_choices(*command, "--for", options->outcomes, kOutcomes, "outcomes, separated by commas (reached)");
   add_duration(*command, "--timeout", options->timeout, "time limit (30s)", 0.0, 86400.0);
   command->footer("Exit code 0: one of the outcomes; 1: the goal ended otherwise; 4: time-out.");
   command->callback([&session, options] {
-    session.action = on_cell([&session, options] { return run(session.settings, *options); });
+    session.action = on_cell([&session, options] { return run_wait(session.settings, *options); });
   });
 }
 

@@ -36,6 +36,8 @@ struct Network {
   std::string interface;                        ///< address or name of the network interface to use; empty: all
   Discovery discovery = Discovery::kMulticast;  ///< how processes find each other
   std::vector<std::string> peers;               ///< IPv4 addresses of other machines to announce to; kUnicast only
+  /// A process that sends nothing for this long is forgotten by the others. Each announces itself ten times as often.
+  std::chrono::milliseconds lease{2000};
 };
 
 /// A host of services.

@@ -179,6 +179,9 @@ Network read_network(const MapView& root) {
   read_choice(map, "transport", kTransports, network.transport);
   if (const auto interface = map.find("interface")) network.interface = read_interface(*interface);
   read_discovery(map, network);
+  if (const auto lease = map.find("lease")) {
+    network.lease = std::chrono::milliseconds(std::llround(lease->seconds({0.5, 20.0, "s"}) * 1e3));
+  }
   return network;
 }
 

@@ -28,7 +28,7 @@ namespace section {
 inline const Section kRoot{"cell file",
                            {"name", "network", "security", "hosts", "world", "geometry", "supervision", "view",
                             "record", "ros2", "timing", "tasks", "defaults", "arms", "obstacles"}};
-inline const Section kNetwork{"network", {"domain", "transport", "interface", "discovery", "peers"}};
+inline const Section kNetwork{"network", {"domain", "transport", "interface", "discovery", "peers", "lease"}};
 inline const Section kSecurity{"security", {"keystore"}};
 inline const Section kHosts{"hosts", {}, true};
 inline const Section kWorld{"world", {"host", "floor_z", "gravity"}};

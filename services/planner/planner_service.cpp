@@ -41,7 +41,7 @@ PlannerSubscriptions::PlannerSubscriptions(bus::Participant& participant, bus::M
       obstacle_states_(participant, &mailbox),
       scans_(participant, &mailbox),
       goals_(participant, &mailbox),
-      statuses_(participant, &mailbox),
+      statuses_(participant, &mailbox, {.keys = planner.neighbour_names()}),
       proposals_(participant, &mailbox),
       progress_(participant, &mailbox) {}
 
@@ -55,6 +55,7 @@ void PlannerSubscriptions::follow_neighbours(const LivePlanner& planner) {
   if (planner.neighbours() == neighbours_) return;
   neighbours_ = planner.neighbours();
   arm_states_ = bus::Reader<msg::ArmState>(participant_, &mailbox_, {.keys = planner.neighbour_names()});
+  statuses_ = bus::Reader<msg::GoalStatus>(participant_, &mailbox_, {.keys = planner.neighbour_names()});
 }
 
 std::vector<msg::GoalStatus> PlannerSubscriptions::update(LivePlanner& planner) {
@@ -170,7 +171,7 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       planner_(planner::live_cell(file.cell, arm), arm, place.node, planner_options(file.cell, arm)),
       subscriptions_(participant_, mailbox_, planner_),
       publishers_{.commands = bus::Writer<msg::ArmCommand>(participant_, {.key = place.arm}),
-                  .statuses = bus::Writer<msg::GoalStatus>(participant_),
+                  .statuses = bus::Writer<msg::GoalStatus>(participant_, {.key = place.arm}),
                   .coordination = CoordinationPublisher(participant_, names_of(file.cell), arm, place.node),
                   .heartbeat =
                       HeartbeatPublisher(participant_, {place.node, msg::NodeKind::NODE_PLANNER, place.arm, place.host},

@@ -150,6 +150,7 @@ bus::ParticipantOptions participant_options(const config::CellFile& file, const 
   participant.peers = peers_of(file, participant.interfaces);
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;
   participant.partition = file.cell.name;
+  participant.lease = file.network.lease;
   return participant;
 }
 

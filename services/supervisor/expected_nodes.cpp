@@ -93,8 +93,8 @@ DetectionLimits detection_limits(const config::CellFile& file, Time loop_period)
   limits.heartbeat_period = supervision.heartbeat_period;
   limits.node = {supervision.heartbeat_deadline, supervision.host_lease, kGrace, kRecovery};
   limits.host_lease = supervision.host_lease;
-  limits.rediscovery = bus::longest_rediscovery(bus::kParticipantLease) + kLateRediscovery;
-  limits.sure_return = bus::stable_contact(bus::kParticipantLease);
+  limits.rediscovery = bus::longest_rediscovery(file.network.lease) + kLateRediscovery;
+  limits.sure_return = bus::stable_contact(file.network.lease);
   limits.arm_stream = std::max(supervision.heartbeat_deadline, periods(state_period(file), kMissingSamples));
   limits.world_stream =
       std::max(supervision.heartbeat_deadline, periods(file.cell.timing.world_period, kMissingSamples));

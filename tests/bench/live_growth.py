@@ -8,6 +8,7 @@ move to random goals, and the script measures for --seconds. Then it kills a pla
 both and runs again. It starts itself in a network namespace (`unshare -rn`), whose datagrams the kernel counts. Columns:
   start                until all arms may move
   planner % …          processor time of each kind of process, in per cent of a core: the mean and the greatest
+  recovery             from the deaths until the cell has named both and runs; inf: the goals were over before
   datagrams, each arm  in a second, divided by the clock: as they would be at the usual speed
 """
 import argparse
@@ -57,12 +58,12 @@ def ask(programs, cell, what):
     return json.loads(answer.stdout) if answer.returncode == 0 else None
 
 
-def wait_until(what, limit, condition):
-    """The time until `condition` held [s]."""
+def wait_until(condition, up):
+    """The time until `condition` held [s]; infinite when the cell `up` ended before, or after START."""
     began = time.monotonic()
     while not condition():
-        if time.monotonic() - began > limit:
-            raise SystemExit(f"live_growth: {what} took longer than {limit:.0f} s")
+        if time.monotonic() - began > START or up.poll() is not None:
+            return float("inf")
         time.sleep(0.1)
     return time.monotonic() - began
 
@@ -77,7 +78,7 @@ def cost(kind, spent):
     return f"{sum(shares) / len(shares):5.1f}, {max(shares):5.1f}"
 
 
-def kill_and_wait(programs, cell, arms):
+def kill_and_wait(programs, cell, arms, up):
     """Kills a planner and a driver; the time until the cell has named both and runs again [s]."""
     found = processes()
     for kind in ("planner", "driver"):
@@ -87,19 +88,21 @@ def kill_and_wait(programs, cell, arms):
         told = ask(programs, cell, "faults")
         return told is not None and sum(fault["kind"] == "process_died" for fault in told) >= 2
 
-    return wait_until("naming the killed processes", START, named) + wait_until("recovery", START, lambda: runs(programs, cell, arms))
+    return wait_until(named, up) + wait_until(lambda: runs(programs, cell, arms), up)
 
 
 def measure(programs, arms, clock, tasks, seconds, folder):
     cell = folder / f"grid{arms}.yaml"
-    subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "--clock", str(clock), "-o", cell], check=True)
-    cell.write_text(cell.read_text() + "network: {interface: 127.0.0.1}\n")
+    subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "--clock", str(clock), "--interface", "127.0.0.1",
+                    "-o", cell], check=True)
     report = folder / f"{arms}.json"
     with open(folder / f"{arms}.log", "w") as log:
         up = subprocess.Popen([programs / "hecaton", "up", cell, "--headless", "--tasks", str(tasks), "--report", report,
                                "--start-timeout", f"{START:.0f}s"], stdout=log, stderr=log)
         try:
-            start = wait_until("the start", START, lambda: up.poll() is not None or runs(programs, cell, arms))
+            start = wait_until(lambda: runs(programs, cell, arms), up)
+            if start == float("inf"):
+                raise SystemExit(f"live_growth: the cell of {arms} arms did not start:\n{(folder / f'{arms}.log').read_text()[-3000:]}")
             before = {kind: {pid: processor_seconds(pid) for pid in pids} for kind, pids in processes().items()}
             messages, began = datagrams(), time.monotonic()
             time.sleep(seconds)
@@ -107,7 +110,7 @@ def measure(programs, arms, clock, tasks, seconds, folder):
             spent = {kind: [(processor_seconds(pid) - used) / passed for pid, used in pids.items()] for kind, pids in before.items()}
             rate = (datagrams() - messages) / passed / clock
             memory = max(resident_megabytes(pid) for pids in before.values() for pid in pids)
-            recovered = kill_and_wait(programs, cell, arms)
+            recovered = kill_and_wait(programs, cell, arms, up)
             up.wait()
         finally:
             up.terminate()

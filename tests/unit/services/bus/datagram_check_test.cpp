@@ -91,6 +91,16 @@ TEST_F(DatagramCheckTest, RefusesLeapsOfAWriter) {
   EXPECT_FALSE(refused(RtpsDatagram().data(100'000'000))) << "found again";
 }
 
+TEST_F(DatagramCheckTest, AcceptsWhatAnotherThreadReceivedEarlier) {
+  ASSERT_FALSE(refused(RtpsDatagram().data(1)));
+  now_ += 3s;
+  ASSERT_FALSE(refused(RtpsDatagram().data(1)));
+  now_ -= 200ms;
+  EXPECT_FALSE(refused(RtpsDatagram().data(1))) << "its thread had to wait after it had read the clock";
+  now_ += 400ms;
+  EXPECT_TRUE(refused(RtpsDatagram().data(2 + DatagramCheck::kLeap + 200)));
+}
+
 TEST_F(DatagramCheckTest, RefusesOtherSocketsThanThoseOfTheParticipant) {
   ASSERT_FALSE(refused(RtpsDatagram().data(1)));
   ASSERT_FALSE(refused(RtpsDatagram().data(2), kOther)) << "it has two";

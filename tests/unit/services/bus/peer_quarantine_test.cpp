@@ -21,6 +21,7 @@ struct Silence {
   Silence() {
     quarantine.found(kPeer, {kPeerAddress}, 2s, now);
     quarantine.found(kOther, {kOtherAddress}, 2s, now);
+    quarantine.endpoint_found(kOther);
   }
   void last(Clock::duration duration) {
     for (const auto end = now + duration; now < end;) {
@@ -93,6 +94,49 @@ TEST(PeerQuarantine, WatchesAPeerThatIsFoundBeforeTheUpdateAfterItsQuarantine) {
   EXPECT_FALSE(silence.quarantine.any_quarantined());
   silence.last(100ms);
   EXPECT_TRUE(silence.quarantine.is_quarantined(kPeerAddress));
+}
+
+/// Both peers go on sending.
+void talk(PeerQuarantine& quarantine, Clock::time_point& now, Clock::duration duration) {
+  for (const auto end = now + duration; now < end;) {
+    now += 50ms;
+    static_cast<void>(quarantine.accepts(kPeer, now));
+    static_cast<void>(quarantine.accepts(kOther, now));
+    quarantine.update(now, kBeginning);
+  }
+}
+
+TEST(PeerQuarantine, BeginsWhenTheEndpointsOfAPeerAreMissingAndEachTimeLater) {
+  PeerQuarantine quarantine(2s);
+  auto now = kBeginning;
+  quarantine.found(kOther, {kOtherAddress}, 2s, now);
+  quarantine.endpoint_found(kOther);
+  for (const auto limit : {6s, 12s, 24s}) {
+    quarantine.found(kPeer, {kPeerAddress}, 2s, now);
+    talk(quarantine, now, limit);
+    EXPECT_FALSE(quarantine.any_quarantined());
+    talk(quarantine, now, 100ms);
+    EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress)) << "it has dropped nobody";
+    EXPECT_FALSE(quarantine.is_quarantined(kOtherAddress));
+    quarantine.dropped(kPeer, now + 2s);
+    talk(quarantine, now, 2500ms);
+    EXPECT_FALSE(quarantine.any_quarantined());
+  }
+  quarantine.found(kPeer, {kPeerAddress}, 2s, now);
+  quarantine.endpoint_found(kPeer);
+  talk(quarantine, now, 100s);
+  EXPECT_FALSE(quarantine.any_quarantined());
+  quarantine.found(kPeer, {kPeerAddress}, 2s, now);
+  talk(quarantine, now, 6100ms);
+  EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress)) << "as for the first time";
+}
+
+TEST(PeerQuarantine, SparesOtherProgramsWithoutEndpoints) {
+  PeerQuarantine quarantine(2s);
+  auto now = kBeginning;
+  quarantine.found(kPeer, {kPeerAddress}, 10s, now);
+  talk(quarantine, now, 100s);
+  EXPECT_FALSE(quarantine.any_quarantined());
 }
 
 TEST(PeerQuarantine, IgnoresSilenceWhileThisProcessDidNotReceive) {

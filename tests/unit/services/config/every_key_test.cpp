@@ -25,7 +25,7 @@ const std::string kKeyFile = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/
 
 const std::string kText = R"(
 name: everything
-network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"]}
+network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers: [10.0.0.9, "10.0.0.8"], lease: 6s}
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, certificate: page.pem, key: page-key.pem}
@@ -162,6 +162,7 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.network.transport, Transport::kUdp);
   EXPECT_EQ(file_.network.interface, "eth1");
   EXPECT_EQ(file_.network.discovery, Discovery::kUnicast);
+  EXPECT_EQ(file_.network.lease, 6s);
   EXPECT_EQ(file_.network.peers, (std::vector<std::string>{"10.0.0.9", "10.0.0.8"}));
   ASSERT_TRUE(file_.record.has_value());
   EXPECT_EQ(file_.record->host, "beta");
