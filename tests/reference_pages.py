@@ -75,13 +75,13 @@ def commands(man):
         # The page says how to get man pages and completions for all programs; the members of a group stand for it.
         if words[-1] == "man" or "completion" in command:
             continue
-        name = f"`{' '.join(word for word in words[1:] if word.islower())}`"
+        name = " ".join(word for word in words[1:] if word.islower())
         if not command.endswith(" COMMAND"):
             names.append(name)
         if prose:
-            codes.setdefault(re.sub("^Exit code:? ", "", " ".join(prose)), []).append(name)
-    listed = textwrap.fill(", ".join(names) + ".", 150, break_on_hyphens=False)
-    return f"{listed}\n\nExit codes of their own:\n\n" + "".join(f"- {', '.join(owners)}: {text}\n" for text, owners in codes.items())
+            codes.setdefault(re.sub("^Exit code:? ", "", " ".join(prose)), []).append(f"`{name}`")
+    block = textwrap.fill(", ".join(name.replace(" ", "\xa0") for name in names), 120, break_on_hyphens=False).replace("\xa0", " ")
+    return f"```\n{block}\n```\n\nExit codes of their own:\n\n" + "".join(f"- {', '.join(owners)}: {text}\n" for text, owners in codes.items())
 
 
 def exit_codes(program):
