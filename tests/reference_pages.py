@@ -4,7 +4,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 
 | page | the source of the comparison |
 |---|---|
-| cli.md | usage of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
+| cli.md | commands of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | robots.md | `hecaton robots`: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated list |
@@ -20,6 +20,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 
 GENERATED = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.S)
 
@@ -66,15 +67,21 @@ FOR_SCRIPTS = re.compile(r"[Ee]xit code")
 
 
 def commands(man):
-    """A line for each command: its arguments, its sentence, and the exit codes of its own."""
-    text = ""
-    for command, sentence, _, remarks in sections_of(man):
+    """The names of all commands, and a line for those that have exit codes of their own. --help has a sentence for each."""
+    names, codes = [], {}
+    for command, _, _, remarks in sections_of(man):
         prose = [*filter(FOR_SCRIPTS.search, re.split(r"(?<=\.)\s+", " ".join(remarks.split())))]
-        # The page says how to get man pages and completions for all programs; a group without exit codes says nothing beside its members.
-        if command.split()[-1] == "man" or "completion" in command or (command.endswith(" COMMAND") and not prose):
+        words = command.split()
+        # The page says how to get man pages and completions for all programs; the members of a group stand for it.
+        if words[-1] == "man" or "completion" in command:
             continue
-        text += " ".join([f"- `{command}`: {sentence}", *prose]) + "\n"
-    return text
+        name = " ".join(word for word in words[1:] if word.islower())
+        if not command.endswith(" COMMAND"):
+            names.append(name)
+        if prose:
+            codes.setdefault(re.sub("^Exit code:? ", "", " ".join(prose)), []).append(f"`{name}`")
+    block = textwrap.fill(", ".join(name.replace(" ", "\xa0") for name in names), 120, break_on_hyphens=False).replace("\xa0", " ")
+    return f"```\n{block}\n```\n\nExit codes of their own:\n\n" + "".join(f"- {', '.join(owners)}: {text}\n" for text, owners in codes.items())
 
 
 def exit_codes(program):
@@ -126,7 +133,7 @@ def delivery(qos):
 
 
 def topics_parts(root):
-    """A table for each file of idl/."""
+    """A table, with a heading for each file of idl/."""
     known, files = structs(root), {}
     for name, key, writers, readers, qos in topic_rows((root / "services/bus/topics.hpp").read_text()):
         content, file = known[name]
@@ -135,20 +142,18 @@ def topics_parts(root):
         files.setdefault(file, []).append(f"| `hecaton/{name}` | {content} | {key_text(key)} | {', '.join(writers)} "
                                           f"| {', '.join(readers)} | {delivery(qos)} |\n")
     head = "| topic | content | key | from | to | delivery |\n|---|---|---|---|---|---|\n"
-    return {"topics": "\n".join(f"### `{file}`\n{head}{''.join(rows)}" for file, rows in files.items())}
+    return {"topics": head + "".join(f"| **`{file}`** | | | | | |\n{''.join(rows)}" for file, rows in files.items())}
 
 
 # --- robots.md
 
 
 def robots_parts(binaries):
-    """A table of figures. `hecaton robots ROBOT` says the rest."""
-    robots = json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]
-    figures = "| robot | product | joints | reach [m] | payload [kg] |\n|---|---|---|---|---|\n"
-    for robot in robots:
-        joints = " + ".join(str(len(tool["joints"])) for tool in robot["tools"])
-        figures += f"| `{robot['name']}` | {robot['title']} | {joints} | {robot['reach_m']:g} | {robot['payload_kg']:g} |\n"
-    return {"robots": figures}
+    """A line for each maker, by the first word of the robots' titles. `hecaton robots` says the rest."""
+    makers = {}
+    for robot in json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]:
+        makers.setdefault(robot["title"].split()[0].replace("Universal", "Universal Robots"), []).append(f"`{robot['name']}`")
+    return {"robots": "".join(f"- {maker}: {', '.join(names)}\n" for maker, names in sorted(makers.items()))}
 
 
 # --- faults.md
