@@ -132,6 +132,10 @@ def shape_parts(picture, shape, colours):
     if shape["kind"] == "convex":
         yield outline(shape["corners"], colours)
         return
+    if shape["kind"] == "points":
+        for centre in shape["centres"]:
+            yield ball(picture, centre, shape["radius"], colours)
+        return
     start, end, radius = shape["from"], shape["to"], shape["radius"]
     yield from tube(picture, start, end, radius, colours)
     if shape["kind"] == "capsule":
@@ -168,7 +172,7 @@ def outline(corners, colours):
 
 def shadow(shape):
     """On the floor, of light from above."""
-    edge = shape.get("corners") or disc(shape["from"], shape["radius"]) + disc(shape["to"], shape["radius"])
+    edge = shape.get("corners") or shape.get("centres") or disc(shape["from"], shape["radius"]) + disc(shape["to"], shape["radius"])
     return f"<polygon points='{points(hull([pixel([p[0], p[1], 0.0]) for p in edge]))}'/>"
 
 

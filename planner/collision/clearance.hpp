@@ -43,6 +43,7 @@ struct Clearance {
   int other = 0;          ///< kSelf: the arm itself; kArm: arm index in the cell; kObstacle: obstacle index
   int other_body = 0;     ///< index into that arm's bodies, or that obstacle's shapes
   int other_link = -1;    ///< link of that arm; −1: obstacle
+  int part = 0;           ///< of a cloud of points, which has several pairs with one body; nearest first
   double distance = 0.0;  ///< [m]; negative: depth of penetration
   Eigen::Vector3d p_own_W = Eigen::Vector3d::Zero();    ///< nearest point on the own body [m]
   Eigen::Vector3d p_other_W = Eigen::Vector3d::Zero();  ///< nearest point on the other [m]

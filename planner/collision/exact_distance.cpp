@@ -1,8 +1,10 @@
 #include "planner/collision/exact_distance.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
+#include "planner/collision/cloud_distance.hpp"
 #include "planner/collision/convex_distance.hpp"
 #include "planner/collision/pass_kernels.hpp"
 #include "planner/collision/primitive_distance.hpp"
@@ -65,6 +67,7 @@ struct PassBody {
   int link = -1;                                     ///< −1: obstacle
   PlacedCore placed;                                 ///< for distances from bodies of other owners
   PlacedCore own_shape;                              ///< for distances between bodies of the own arm
+  std::shared_ptr<const world::PointCloud> cloud{};  ///< instead of a core
 };
 
 Quad quad(const Eigen::Vector3d& v, double w) {
@@ -140,10 +143,12 @@ struct ExactDistance::Storage {
   void add(Counterpart counterpart, int owner, const std::vector<Body>& added, bool shares_base = false) {
     for (int i = 0; i < static_cast<int>(added.size()); ++i) {
       const Body& body = added[i];
-      const PlacedCore own_shape{make_swept_core(body.shape), body.X_CS};
+      const auto* points = std::get_if<world::Points>(&body.shape);
+      const PlacedCore own_shape{points != nullptr ? SweptCore{} : make_swept_core(body.shape), body.X_CS};
       const PlacedCore placed =
           body.capsule ? PlacedCore{make_swept_core(body.capsule->capsule), body.capsule->X_FS} : own_shape;
-      bodies.push_back({counterpart, owner, i, body.link, placed, own_shape});
+      bodies.push_back(
+          {counterpart, owner, i, body.link, placed, own_shape, points != nullptr ? points->cloud : nullptr});
       capsules_bound_only.push_back(!is_thin(body.shape));
       lane_bodies.push_back(lane_body(body, counterpart == Counterpart::kSelf));
       carried_by.push_back(counterpart == Counterpart::kObstacle ? owner : body.link);
@@ -228,10 +233,23 @@ struct ExactDistance::Storage {
     return distance(side(pair.own).core, pose(pair.own), side(pair.other).core, pose(pair.other));
   }
 
+  /// Measures an open pair with a cloud. Returns how many of `out` are nearer than its limit.
+  [[nodiscard]] int measure_cloud(const LanePair& pair, std::span<ShapeDistance> out) const {
+    const PlacedCore& own = bodies[pair.own].placed;
+    const PassBody& other = bodies[pair.other];
+    const auto pose = [&](int body, const Pose& X_CS) {
+      return Pose(Pose(Eigen::Map<const Eigen::Matrix4d>(scratch.carrier[body])) * X_CS);
+    };
+    return nearest_balls({own.core, pose(pair.own, own.X_CS)}, *other.cloud, pose(pair.other, other.placed.X_CS),
+                         pair.limit, out);
+  }
+
   [[nodiscard]] ShapeDistance measure_sweep(const Clearance& obstacle, const CellPoses& poses,
                                             const Sweep& sweep) const {
     const PlacedCore& own = bodies[obstacle.own_body].placed;
-    const PlacedCore& other = bodies[first_of_obstacle[obstacle.other] + obstacle.other_body].placed;
+    const PassBody& swept_body = bodies[first_of_obstacle[obstacle.other] + obstacle.other_body];
+    if (swept_body.cloud) return {};  // any ball may come: no way past is proved
+    const PlacedCore& other = swept_body.placed;
     const ShapeDistance cores =
         planner::sweep_distance(own.core, poses.own->X_WL[obstacle.own_link] * own.X_CS, other.core,
                                 poses.obstacles[obstacle.other].X_WO * other.X_CS, sweep);
@@ -285,24 +303,29 @@ void ExactDistance::rebuild(const CellGeometry& geometry) {
 
 int ExactDistance::clearances(const CellPoses& poses, const InfluenceDistances& influence, std::span<Clearance> out) {
   int count = 0;
-  for (const LanePair& pair : storage_->find(poses, influence)) {
-    if (pair.state == PairState::kFar) continue;
-    ShapeDistance found;
-    if (pair.state == PairState::kMeasured) {
-      const auto vector = [](const Quad& q) { return Eigen::Vector3d(q.x, q.y, q.z); };
-      found = {pair.n_W.w, vector(pair.p_own_W), vector(pair.p_other_W), vector(pair.n_W)};
-    } else {
-      found = storage_->measure(pair);
-      if (found.distance >= pair.limit) continue;
-    }
+  const auto add = [&](const LanePair& pair, const ShapeDistance& found, int part) {
     if (count == static_cast<int>(out.size())) {
-      if (!drop_farthest(out, found.distance)) continue;
+      if (!drop_farthest(out, found.distance)) return;
       --count;
     }
     const PassBody& own = storage_->bodies[pair.own];
     const PassBody& other = storage_->bodies[pair.other];
-    out[count++] = {own.index,  own.link,       other.counterpart, other.owner, other.index,
-                    other.link, found.distance, found.p_a_W,       found.p_b_W, found.n_W};
+    out[count++] = {own.index, own.link,       other.counterpart, other.owner, other.index, other.link,
+                    part,      found.distance, found.p_a_W,       found.p_b_W, found.n_W};
+  };
+  for (const LanePair& pair : storage_->find(poses, influence)) {
+    if (pair.state == PairState::kFar) continue;
+    if (pair.state == PairState::kMeasured) {
+      const auto vector = [](const Quad& q) { return Eigen::Vector3d(q.x, q.y, q.z); };
+      add(pair, {pair.n_W.w, vector(pair.p_own_W), vector(pair.p_other_W), vector(pair.n_W)}, 0);
+    } else if (storage_->bodies[pair.other].cloud) {
+      ShapeDistance balls[kMostBallPairs];
+      const int found = storage_->measure_cloud(pair, balls);
+      for (int part = 0; part < found; ++part) add(pair, balls[part], part);
+    } else {
+      const ShapeDistance found = storage_->measure(pair);
+      if (found.distance < pair.limit) add(pair, found, 0);
+    }
   }
   return count;
 }
@@ -317,6 +340,10 @@ ShapeDistance prepared_distance(const SweptCore& a, const Pose& X_WA, const Swep
 }
 
 ShapeDistance shape_distance(const world::Shape& a, const Pose& X_WA, const world::Shape& b, const Pose& X_WB) {
+  if (std::holds_alternative<world::Points>(a)) return exchanged(shape_distance(b, X_WB, a, X_WA));
+  if (const auto* points = std::get_if<world::Points>(&b)) {
+    return cloud_distance({make_swept_core(a), X_WA}, *points->cloud, X_WB, std::numeric_limits<double>::infinity());
+  }
   return distance(make_swept_core(a), X_WA, make_swept_core(b), X_WB);
 }
 

@@ -29,14 +29,16 @@ class ExactDistance {
   /// Takes over a changed geometry (obstacles added, removed, attached). Allocates.
   void rebuild(const CellGeometry& geometry);
 
-  /// Writes all pairs nearer than their influence distance, with nearest points, and returns their number. Order: self
+  /// Writes all pairs nearer than their influence distance, with nearest points, and returns their number. A cloud of
+  /// points has up to kMostBallPairs with one body (see nearest_balls()). Order: self
   /// pairs, then other bodies in cell order, each with own bodies in order. When more than out.size() are near, it
   /// keeps the nearest. Depends on its arguments only. Own bodies that no joint moves appear only against moving bodies
   /// of other arms: own motion changes no other pair.
   int clearances(const CellPoses& poses, const InfluenceDistances& influence, std::span<Clearance> out);
 
   /// Distance of the own body from the volume that the obstacle's body sweeps, for a clearance that `clearances` found
-  /// at these poses. When they overlap it is at most 0 and the normal is undefined. Does not allocate.
+  /// at these poses. When they overlap, and always for points, it is at most 0 and the normal is undefined. Does not
+  /// allocate.
   [[nodiscard]] ShapeDistance sweep_distance(const Clearance& obstacle, const CellPoses& poses,
                                              const Sweep& sweep) const;
 
@@ -45,7 +47,8 @@ class ExactDistance {
   std::unique_ptr<Storage> storage_;
 };
 
-/// Distance of one pair of shapes, for checks outside the tick. Prepares both shapes: allocates for convex hulls.
+/// Distance of one pair of shapes, for checks outside the tick. Prepares both shapes: allocates for convex hulls. Of
+/// points, the nearest ball's. Throws std::logic_error for two clouds.
 [[nodiscard]] ShapeDistance shape_distance(const world::Shape& a, const Pose& X_WA, const world::Shape& b,
                                            const Pose& X_WB);
 

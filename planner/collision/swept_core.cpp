@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace hecaton::planner {
 namespace {
@@ -102,6 +103,7 @@ SweptCore make_swept_core(const world::Shape& shape) {
       return {Core::kHull, 0.0, Vector3d::Zero(), world::bounding_sphere(convex).centre,
               HullVertices(convex.hull->vertices)};
     }
+    SweptCore operator()(const world::Points&) const { throw std::logic_error("points have no convex core"); }
   };
   return std::visit(Visitor{}, shape);
 }

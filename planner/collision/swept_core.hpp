@@ -43,6 +43,7 @@ struct SweptCore {
   HullVertices hull;                                 ///< of a hull only
 };
 
+/// Throws std::logic_error for points, which have no convex core (cloud_distance.hpp).
 [[nodiscard]] SweptCore make_swept_core(const world::Shape& shape);
 
 /// Support function: a point of the core, without the ball, that is farthest along n. Both in S.

@@ -129,6 +129,7 @@ class BlockChecker : public LaneChecker<kWay> {
     const KernelLink& link = robot_.links[index];
     const KernelObstacle& met = world_.obstacles[obstacle];
     const int end = robot_.balls[link.ball].next;
+    if (met.kind == ObstacleKind::kPoints) return hits_of_cloud_at_lanes(link, met);
     for (int i = link.ball; i < end;) {
       const KernelBall& ball = robot_.balls[i];
       const V distance2 = this->distance2_at(met, this->centre(i, link.frame));
@@ -146,6 +147,10 @@ class BlockChecker : public LaneChecker<kWay> {
   /// Tests the balls of a subtree of a link with an obstacle.
   void test_balls(int root, int index, int obstacle, bool any_is_enough) {
     const KernelObstacle& met = world_.obstacles[obstacle];
+    if (met.kind == ObstacleKind::kPoints) {
+      test_cloud(root, index, obstacle, any_is_enough);
+      return;
+    }
     const int frame = robot_.links[index].frame;
     const float around = padding_ + growth(index) + met.radius;
     const int end = robot_.balls[root].next;
@@ -212,6 +217,61 @@ class BlockChecker : public LaneChecker<kWay> {
   }
 
  private:
+  /// For the balls above the leaves, boxes around points are as good as the points if they are smaller than this share
+  /// of the ball.
+  static constexpr float kCoarse = 0.5F;
+
+  static bool is_leaf(const KernelBall& ball, int index) { return ball.next == index + 1; }
+  static float coarse(const KernelBall& ball, int index) { return is_leaf(ball, index) ? 0.0F : kCoarse * ball.radius; }
+
+  Bits hits_of_cloud_at_lanes(const KernelLink& link, const KernelObstacle& met) {
+    const int end = robot_.balls[link.ball].next;
+    for (int i = link.ball; i < end;) {
+      const KernelBall& ball = robot_.balls[i];
+      const Vec p = this->seen_from(met, this->centre(i, link.frame));
+      if (ball.inner > 0.0F) {
+        const Bits sure = this->template near_points<false>(met, p, inner_reach(ball, met), lanes_, 0.0F, true);
+        if (sure != 0) return sure;
+      }
+      const bool below_it = is_leaf(ball, i) || this->template near_points<false>(met, p, ball.radius + met.radius,
+                                                                                  lanes_, coarse(ball, i), true) != 0;
+      i = below_it ? i + 1 : ball.next;
+    }
+    return 0;
+  }
+
+  /// test_balls() for a cloud of points.
+  void test_cloud(int root, int index, int obstacle, bool any_is_enough) {
+    const KernelObstacle& met = world_.obstacles[obstacle];
+    const int frame = robot_.links[index].frame;
+    const float around = padding_ + growth(index) + met.radius;
+    const int end = robot_.balls[root].next;
+    for (int i = root; i < end;) {
+      const KernelBall& ball = robot_.balls[i];
+      const Vec p = this->seen_from(met, this->centre(i, frame));
+      const Bits near =
+          this->template near_points<kWay>(met, p, ball.radius + around, lanes_ & ~hits_, coarse(ball, i), false);
+      if (near == 0) {
+        i = ball.next;
+        continue;
+      }
+      Bits sure = 0;
+      if (ball.inner > 0.0F) {
+        sure = this->template near_points<false>(met, p, inner_reach(ball, met), near, 0.0F, any_is_enough);
+        if (sure != 0) {
+          hits_ |= sure;
+          memory_.hit_link = index;
+          memory_.hit_obstacle = obstacle;
+          if (any_is_enough) return;
+        }
+      }
+      if (is_leaf(ball, i) && (near & ~sure) != 0) {
+        undecided_.add({robot_.body_of_ball[i], obstacle, -1, padding_, near & ~sure});
+      }
+      ++i;
+    }
+  }
+
   /// A centre nearer to the obstacle's core than this surely collides. The distance from a convex obstacle is a lower
   /// bound: only a centre inside it, at distance 0, is sure.
   static float inner_reach(const KernelBall& ball, const KernelObstacle& met) {

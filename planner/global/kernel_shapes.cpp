@@ -255,6 +255,14 @@ Extent extent_of(const world::Shape& shape, const world::Pose& X_OS) {
       for (const auto& vertex : convex.hull->vertices) box.extend(X_OS * vertex);
       return {box.center(), box.sizes() / 2.0};
     }
+    Extent operator()(const world::Points& points) const {
+      const world::PointBox& box = points.cloud->box();
+      const Eigen::Vector3d half = 0.5 * (to_vector(box.high) - to_vector(box.low));
+      return {X_OS * points.cloud->centre(), size * half + Eigen::Vector3d::Constant(points.cloud->radius())};
+    }
+    static Eigen::Vector3d to_vector(const float (&v)[3]) {
+      return Eigen::Map<const Eigen::Vector3f>(v).cast<double>();
+    }
   };
   return std::visit(Visitor{X_OS, size, z}, shape);
 }
@@ -305,6 +313,14 @@ struct ObstacleMaker {
     }
     obstacle.count = static_cast<int>(world.planes.size()) - obstacle.first;
   }
+  /// The kernel moves links into the frame of the cloud, whose coordinates are rounded, too.
+  void operator()(const world::Points& points) {
+    obstacle.kind = ObstacleKind::kPoints;
+    const double largest = points.cloud->centre().norm() + points.cloud->bounding_radius() + X_OS.translation().norm();
+    obstacle.radius = static_cast<float>(points.cloud->radius() + rounding + kWorldRounding * largest);
+    obstacle.nodes = points.cloud->nodes().data();
+    obstacle.leaves = points.cloud->leaves().data();
+  }
 };
 
 }  // namespace
@@ -338,6 +354,9 @@ std::vector<BoundingSphere> sphere_cover(const world::Shape& shape, const CoverO
     std::vector<BoundingSphere> operator()(const world::Convex& convex) const {
       return cover(polyhedron_of(*convex.hull), options);
     }
+    std::vector<BoundingSphere> operator()(const world::Points& points) const {
+      return {world::bounding_sphere(points)};
+    }
   };
   return std::visit(Visitor{options}, shape);
 }
@@ -360,7 +379,8 @@ KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X
     }
     std::visit(maker, body.shape);
     world.obstacles.push_back(maker.obstacle);
-    extent.half.array() += 2.0 * rounding;
+    extent.half.array() += 2.0 * rounding + (maker.obstacle.kind == ObstacleKind::kPoints ? kWorldRounding : 0.0) *
+                                                (extent.centre.norm() + extent.half.norm());
     extents.push_back(extent);
   }
   const auto add_boxes = [&](std::vector<KernelBoxes>& boxes, const auto& wanted) {

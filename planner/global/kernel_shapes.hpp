@@ -30,7 +30,7 @@ struct WorldBody {
 };
 
 /// The bodies in frame O, enlarged by the error of rounding to floats, with `padding`. `reach_of_link`: balls in O that
-/// contain the links in all configurations.
+/// contain the links in all configurations. Refers to the clouds of `bodies`.
 [[nodiscard]] KernelWorld kernel_world(std::span<const WorldBody> bodies, const world::Pose& X_OW, double padding,
                                        std::span<const world::BoundingSphere> reach_of_link);
 

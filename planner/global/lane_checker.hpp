@@ -4,6 +4,7 @@
 
 #include "planner/global/validity_kernel.hpp"
 #include "planner/simd/float_lanes.hpp"
+#include "world/model/point_nodes.hpp"
 
 namespace hecaton::planner::global::HECATON_ISA {
 
@@ -53,6 +54,9 @@ inline Vec seen_from(const Frame& f, const Vec& v) {
   const Vec d = v - f.p;
   return {dot(f.x, d), dot(f.y, d), dot(f.z, d)};
 }
+
+/// Nodes that a search in a tree of points has still to visit: fifteen for each of its levels, at most.
+inline constexpr int kMostOpenNodes = 128;
 
 /// Views of KernelMemory::storage.
 struct Tables {
@@ -139,9 +143,66 @@ class LaneChecker {
   /// The same of the configurations alone.
   [[nodiscard]] V distance2_at(const KernelObstacle& o, const Vec& p) const { return distance2_of<false>(o, p); }
 
+  /// p in the frame of the obstacle.
+  [[nodiscard]] static Vec seen_from(const KernelObstacle& o, const Vec& p) {
+    return {along(p, &o.axes[0]) - o.along[0], along(p, &o.axes[3]) - o.along[1], along(p, &o.axes[6]) - o.along[2]};
+  }
+  /// Those of `lanes` in which a point of the cloud is nearer than `reach` to p, which is in the cloud's frame. Boxes
+  /// around points smaller than `coarse` count as near with their points. kOnWay: to the way of each lane. May return
+  /// with one lane if that is enough.
+  template <bool kOnWay>
+  [[nodiscard]] static Bits near_points(const KernelObstacle& o, const Vec& p, float reach, Bits lanes, float coarse,
+                                        bool one_is_enough) {
+    float extreme[8];
+    extremes(p.x, p.y, p.z, extreme);
+    const V low_x = all(extreme[0] - reach), high_x = all(reach - extreme[4]);
+    const V low_y = all(extreme[1] - reach), high_y = all(reach - extreme[5]);
+    const V low_z = all(extreme[2] - reach), high_z = all(reach - extreme[6]);
+    const V reach2 = all(reach * reach);
+    const float coarse2 = coarse * coarse;
+    Bits found = 0;
+    int open[kMostOpenNodes];
+    int count = 0;
+    open[count++] = 0;
+    while (count > 0) {
+      const world::PointNode& node = o.nodes[open[--count]];
+      for (int first = 0; first < node.count; first += kFloats) {
+        const auto low = [&](int axis) { return load(node.low[axis] + first); };
+        const auto high = [&](int axis) { return load(node.high[axis] + first); };
+        const V over_x = max(low(0) - high_x, low_x - high(0));
+        const V over_y = max(low(1) - high_y, low_y - high(1));
+        const V over_z = max(low(2) - high_z, low_z - high(2));
+        Bits met = below(max(over_x, max(over_y, over_z)), V{});
+        for (; met != 0; met &= met - 1) {
+          const int k = first + __builtin_ctz(met);
+          const Bits near = below(gap2<kOnWay>(node, k, p), reach2) & lanes & ~found;
+          if (near == 0) continue;
+          const int child = node.child[k];
+          if (diagonal2(node, k) < coarse2) {
+            found |= near;
+          } else if (child >= 0) {
+            if (count == kMostOpenNodes) return lanes;
+            open[count++] = child;
+            continue;
+          } else {
+            const world::PointLeaf& leaf = o.leaves[~child];
+            for (int i = 0; i < leaf.count; ++i) {
+              const Vec d{p.x - leaf.p[0][i], p.y - leaf.p[1][i], p.z - leaf.p[2][i]};
+              found |= below(least2_of<kOnWay>(d), reach2) & near;
+            }
+          }
+          if (found == lanes || (one_is_enough && found != 0)) return found;
+        }
+      }
+    }
+    return found;
+  }
+
   /// Square of the smallest distance of d from 0.
-  [[nodiscard]] static V least2(const Vec& d) {
-    if constexpr (kWay) {
+  [[nodiscard]] static V least2(const Vec& d) { return least2_of<kWay>(d); }
+  template <bool kOnWay>
+  [[nodiscard]] static V least2_of(const Vec& d) {
+    if constexpr (kOnWay) {
       const Vec way = next_lane(d) - d;
       const V t = share_of_way(dot(d, way), dot(way, way));
       const Vec nearest{d.x + t * way.x, d.y + t * way.y, d.z + t * way.z};
@@ -228,6 +289,31 @@ class LaneChecker {
       return abs(x);
     }
   }
+  /// Lower bound of the squared distance from the box of a node's child.
+  template <bool kOnWay>
+  static V gap2(const world::PointNode& node, int k, const Vec& p) {
+    const V zero{};
+    const auto gap = [&](V x, int axis) {
+      if constexpr (kOnWay) {
+        const V next = next_lane(x);
+        return max(max(node.low[axis][k] - max(x, next), min(x, next) - node.high[axis][k]), zero);
+      } else {
+        return max(max(node.low[axis][k] - x, x - node.high[axis][k]), zero);
+      }
+    };
+    const V x = gap(p.x, 0);
+    const V y = gap(p.y, 1);
+    const V z = gap(p.z, 2);
+    return x * x + (y * y + z * z);
+  }
+  static float diagonal2(const world::PointNode& node, int k) {
+    float sum = 0.0F;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float size = node.high[axis][k] - node.low[axis][k];
+      sum += size * size;
+    }
+    return sum;
+  }
   /// Squared distance from the z axis.
   template <bool kOnWay>
   static V across2(V x, V y) {
@@ -277,6 +363,8 @@ class LaneChecker {
         const V side = max(sqrt(around) - o.half[0], zero);
         return side * side + z * z;
       }
+      case ObstacleKind::kPoints:
+        break;  // see near_points()
       case ObstacleKind::kConvex: {
         V most = all(0.0F);
         for (int i = o.first; i < o.first + o.count; ++i) {

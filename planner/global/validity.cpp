@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "planner/collision/cloud_distance.hpp"
 #include "planner/collision/exact_distance.hpp"
 
 namespace hecaton::planner::global {
@@ -47,6 +48,40 @@ ExactGap gap_on_way(const MovedCore& a, const MovedCore& b, double rounding, Exa
   const double at_start = gap.distance - rounding;
   if (!on_way || gap.distance <= 0.0) return {at_start, at_start};
   return {at_start, std::min(at_start, gap_along(a, b, gap.n_W, true) - rounding)};
+}
+
+/// The same from the balls of a cloud at X_OP. On the way each ball within reach is looked at by itself.
+ExactGap gap_from_cloud(const MovedCore& a, const world::PointCloud& cloud, const Pose& X_OP, double rounding,
+                        const ExactQuestion& question) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const double at_start = cloud_distance({a.core, a.from}, cloud, X_OP, infinite).distance - rounding;
+  if (question.to_a == nullptr || at_start <= question.enough) return {at_start, at_start};
+
+  // In the frame of the cloud: a box around the core at both ends contains its straight way.
+  const Pose X_PO = X_OP.inverse(Eigen::Isometry);
+  world::PointBox box{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d n = X_PO.linear().row(axis).transpose();
+    const double offset = X_PO.translation()[axis];
+    const auto side = [&](double sign) {
+      const auto end = [&](const Pose& X) { return farthest_along(a.core, X, sign * n) - a.core.radius; };
+      return sign * std::max(end(a.from), end(a.to)) + offset;
+    };
+    box.low[axis] = std::nextafter(static_cast<float>(side(-1.0)), -HUGE_VALF);
+    box.high[axis] = std::nextafter(static_cast<float>(side(1.0)), HUGE_VALF);
+  }
+  const SweptCore ball{Core::kPoint, cloud.radius(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), {}};
+  double on_way = at_start;
+  ExactQuestion of_ball = question;
+  const auto look = [&](const Eigen::Vector3f& centre) {
+    const Pose X_OB(Eigen::Translation3d(X_OP * centre.cast<double>()));
+    of_ball.axis = {};
+    on_way = std::min(on_way, gap_on_way(a, {ball, X_OB, X_OB}, rounding, of_ball).on_way);
+    return on_way > question.enough;  // less proves nothing
+  };
+  // A ball beyond this reach is far enough, wherever the shape is.
+  for_centres_near(cloud, box, question.enough + rounding + cloud.radius() + a.core.radius, look);
+  return {at_start, std::min(on_way, at_start)};
 }
 
 }  // namespace
@@ -103,7 +138,10 @@ void Validity::set_world(std::span<const WorldBody> world) {
   world_bodies_.assign(world.begin(), world.end());
   world_ = kernel_world(world_bodies_, X_OW_, options_.padding, built_.reach_of_link);
   world_cores_.clear();
-  for (const WorldBody& body : world_bodies_) world_cores_.push_back({make_swept_core(body.shape), X_OW_ * body.X_WS});
+  for (const WorldBody& body : world_bodies_) {
+    const bool points = std::holds_alternative<world::Points>(body.shape);
+    world_cores_.push_back({points ? SweptCore{} : make_swept_core(body.shape), X_OW_ * body.X_WS});
+  }
   memory_.hit_link = -1;
 }
 
@@ -113,6 +151,10 @@ ExactGap Validity::from_obstacle(const void* self, int body, int obstacle, Exact
   const PlacedCore& other = validity.world_cores_[obstacle];
   const Pose from = pose_of(question.from_a) * own.X_FS;
   const Pose to = question.to_a == nullptr ? from : pose_of(question.to_a) * own.X_FS;
+  if (const auto* points = std::get_if<world::Points>(&validity.world_bodies_[obstacle].shape)) {
+    return gap_from_cloud({own.core, from, to}, *points->cloud, other.X_FS, validity.built_.rounding_of_body[body],
+                          question);
+  }
   return gap_on_way({own.core, from, to}, {other.core, other.X_FS, other.X_FS}, validity.built_.rounding_of_body[body],
                     question);
 }

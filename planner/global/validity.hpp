@@ -111,8 +111,8 @@ class Validity {
   Pose X_OW_;  ///< O: the frame of the kernel, at the first arm's base
   BuiltRobot built_;
   KernelWorld world_;
-  std::vector<float> levers_;  ///< see body_levers()
-  std::vector<PlacedCore> world_cores_;
+  std::vector<float> levers_;            ///< see body_levers()
+  std::vector<PlacedCore> world_cores_;  ///< of points only the pose counts
   mutable KernelMemory memory_;
   mutable std::uint64_t checks_ = 0;
 };

@@ -8,6 +8,11 @@
 #include <span>
 #include <vector>
 
+namespace hecaton::world {
+struct PointNode;
+struct PointLeaf;
+}  // namespace hecaton::world
+
 namespace hecaton::planner::global {
 
 /// Configurations of one batch of ValidityKernel::collisions. A configuration is a row of floats, padded with zeros to
@@ -99,9 +104,9 @@ struct KernelRobot {
   int pair_stride = 0;
 };
 
-enum class ObstacleKind : std::uint8_t { kBall, kBox, kAlignedBox, kCapsule, kCylinder, kConvex };
+enum class ObstacleKind : std::uint8_t { kBall, kBox, kAlignedBox, kCapsule, kCylinder, kConvex, kPoints };
 
-/// A core, and a ball that is swept along it.
+/// A core, and a ball that is swept along it. The core of points is all of them.
 struct KernelObstacle {
   ObstacleKind kind = ObstacleKind::kBox;
   std::array<float, 9> axes{};    ///< unit axes, one after the other
@@ -111,6 +116,8 @@ struct KernelObstacle {
   float radius = 0.0F;          ///< of the swept ball [m]
   int first = 0;                ///< convex: index into KernelWorld::planes
   int count = 0;
+  const world::PointNode* nodes = nullptr;   ///< points: their tree, in the frame of `axes` and `along`; not owned
+  const world::PointLeaf* leaves = nullptr;  ///< of that tree
 };
 
 /// Half space n · x ≤ offset.

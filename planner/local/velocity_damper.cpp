@@ -7,9 +7,14 @@
 namespace hecaton::planner {
 namespace {
 
+/// An obstacle has at most 64 shapes: above them is room for the parts of a cloud.
+constexpr int kShapeBits = 6;
+
 std::uint32_t pair_key(const Clearance& c) {
+  const std::uint32_t body = static_cast<std::uint32_t>(c.other_body) ^ static_cast<std::uint32_t>(c.part)
+                                                                            << kShapeBits;
   return static_cast<std::uint32_t>(c.counterpart) << 28 | (static_cast<std::uint32_t>(c.other) & 0x3FF) << 18 |
-         (static_cast<std::uint32_t>(c.other_body) & 0x1FF) << 9 | (static_cast<std::uint32_t>(c.own_body) & 0x1FF);
+         (body & 0x1FF) << 9 | (static_cast<std::uint32_t>(c.own_body) & 0x1FF);
 }
 
 /// Reduction of the distance by the tracking error of the drive [m].

@@ -145,6 +145,10 @@ PlacedCapsule bounding_capsule(const world::Shape& shape) {
       const auto& vertices = convex.hull->vertices;
       return capsule_along(principal_axes(vertices).col(2).normalized(), vertices);
     }
+    PlacedCapsule operator()(const world::Points& points) const {
+      return {world::Capsule{points.cloud->bounding_radius(), 0.0},
+              world::Pose(Eigen::Translation3d(points.cloud->centre()))};
+    }
   };
   return std::visit(Visitor{}, shape);
 }
@@ -192,6 +196,9 @@ double volume(const world::Shape& shape) {
       return 2.0 * std::numbers::pi * cylinder.radius * cylinder.radius * cylinder.half_length;
     }
     double operator()(const world::Convex& convex) const { return volume(*convex.hull); }
+    double operator()(const world::Points& points) const {
+      return (*this)(world::Sphere{points.cloud->bounding_radius()});
+    }
   };
   return std::visit(Visitor{}, shape);
 }

@@ -206,6 +206,7 @@ RestClearance::Widest RestClearance::pairs_always_near(int i) {
       for (const Clearance& c : std::span(near_pairs).first(count)) {
         if (c.counterpart != Counterpart::kObstacle || only_joint(*arm.model, c.own_link) != joint) continue;
         if (!std::holds_alternative<world::StaticMotion>(cell_.scene.obstacles[c.other].motion)) continue;
+        if (c.part > 0) continue;  // the pair's nearest points come first
         const std::array<int, 3> pair = {c.own_body, c.other, c.other_body};
         ++times[pair];
         double& distance = widest.try_emplace(pair, c.distance).first->second;

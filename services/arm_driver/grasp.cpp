@@ -63,8 +63,10 @@ class Fingers {
       return step.moves && from_[static_cast<std::size_t>(step.joint)] != to_[static_cast<std::size_t>(step.joint)];
     });
   }
+  /// Never true for points, which no gripper can hold.
   static bool touches(const world::Obstacle& obstacle, const world::Shape& shape, const planner::Pose& X_WS) {
     return std::any_of(obstacle.shapes.begin(), obstacle.shapes.end(), [&](const world::PlacedShape& placed) {
+      if (std::holds_alternative<world::Points>(placed.shape)) return false;
       return planner::shape_distance(shape, X_WS, placed.shape, obstacle.X_WO * placed.X_BS).distance <= 0.0;
     });
   }

@@ -24,6 +24,7 @@ constexpr std::uint32_t kLongestBody = 512;  ///< "arm1/link4"
 constexpr std::uint32_t kMostArms = 256;
 constexpr std::uint32_t kMostMotionPoints = 64;
 constexpr std::uint32_t kMostObstacles = 4096;
+constexpr std::uint32_t kMostCloudPoints = 100'000;  ///< of one obstacle: the sample stays below kLargest
 
 constexpr FieldRule boolean(std::string_view name) {
   return {.name = name, .kind = kBool, .low = 0, .high = 1};
@@ -340,12 +341,13 @@ constexpr StructRule kFault{"Fault", kFaultFields};
 
 // world.idl
 constexpr std::array kShapeFields{
-    choice("kind", msg::ShapeKind::SHAPE_CONVEX),
+    choice("kind", msg::ShapeKind::SHAPE_POINTS),
     nested("dimensions", kPoint),
     nested("X_OS", kPose),
     list("vertices", kPoint, 4096),
     FieldRule{.name = "face_sizes", .kind = kUint32s, .low = 0, .high = 4096, .most = 8192},
-    FieldRule{.name = "face_corners", .kind = kUint32s, .low = 0, .high = 4096, .most = 32768}};
+    FieldRule{.name = "face_corners", .kind = kUint32s, .low = 0, .high = 4096, .most = 32768},
+    positions("points", 3 * kMostCloudPoints)};
 constexpr StructRule kShape{"PlacedShape", kShapeFields};
 constexpr std::array kMotionFields{choice("kind", msg::MotionKind::MOTION_DYNAMIC),
                                    list("poses_W", kPose, 4096),
@@ -599,9 +601,9 @@ constexpr std::array kRules{TopicRule{kArmState, kSmall, 5000},
                             TopicRule{kDeviceState, kSmall, 5000},
                             TopicRule{kDeviceReply, kSmall, 2000},
                             TopicRule{kToolState, kSmall, 20000},
-                            TopicRule{kObstacleShapes, kLarge, 20000},
+                            TopicRule{kObstacleShapes, kLargest, 20000},
                             TopicRule{kObstacleStates, kLarge, 5000},
-                            TopicRule{kEditRequest, kLarge, 1000},
+                            TopicRule{kEditRequest, kLargest, 1000},
                             TopicRule{kEditReply, kSmall, 5000},
                             TopicRule{kRangeScan, kLarge, 50000},
                             TopicRule{kContactReport, kLarge, 1000},

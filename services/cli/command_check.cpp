@@ -55,6 +55,9 @@ std::string shape_text(const world::Shape& shape) {
     std::string operator()(const world::Convex& convex) const {
       return "convex hull, " + std::to_string(convex.hull->vertices.size()) + " vertices";
     }
+    std::string operator()(const world::Points& points) const {
+      return std::to_string(points.cloud->size()) + " points, radius " + number_text(points.cloud->radius()) + " m";
+    }
   };
   return std::visit(Visitor{}, shape);
 }

@@ -14,13 +14,27 @@
 #include "services/command_line/document.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
+#include "services/config/cloud_file.hpp"
 #include "services/config/obstacle_rules.hpp"
+#include "services/config/text.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services::cli {
 namespace {
 
+world::Shape make_points(const ObstacleOptions& options) {
+  const auto radius = config::parse_number(options.points[1]);
+  if (!radius) throw Failure(ExitCode::kBadInput, "--points " + options.points[1] + " must be a radius [m]");
+  try {
+    auto points = config::read_cloud_file(options.points[0], config::printable_path(options.points[0]));
+    return world::Points{std::make_shared<const world::PointCloud>(std::move(points), *radius)};
+  } catch (const std::invalid_argument& error) {
+    throw Failure(ExitCode::kBadInput, std::string("--points ") + error.what());
+  }
+}
+
 world::Shape make_shape(const ObstacleOptions& options) {
+  if (!options.points.empty()) return make_points(options);
   if (options.type == nullptr) return world::Box{{0.5 * options.box[0], 0.5 * options.box[1], 0.5 * options.box[2]}};
   try {
     return config::make_shape(*options.type, options.sizes);
@@ -61,7 +75,9 @@ world::Motion make_motion(const ObstacleOptions& options) {
 
 /// The option (and its part) for a key of the cell file's obstacles: "--box size[1]".
 std::string option_of(const std::string& key, const ObstacleOptions& options) {
-  const std::string shape = options.type == nullptr ? "--box" : "--" + std::string(options.type->name);
+  const std::string shape = !options.points.empty()   ? "--points"
+                            : options.type == nullptr ? "--box"
+                                                      : "--" + std::string(options.type->name);
   const std::string motion = options.mass                ? "--mass"
                              : !options.conveyor.empty() ? "--conveyor"
                              : !options.sine.empty()     ? "--sine"
@@ -180,6 +196,11 @@ void add_obstacle_options(CLI::App& app, ObstacleOptions& options) {
   CLI::Option_group* shape = app.add_option_group("shape", "one of");
   add_numbers(*shape, "--box", options.box, 3, "sizes along x y z [m]");
   for (const config::ShapeType& type : config::shape_types()) add_shape(*shape, type, options);
+  shape
+      ->add_option("--points", options.points,
+                   "a file of points (.xyz, .pcd) and the radius of the balls about them [m]")
+      ->expected(2)
+      ->type_name("FILE RADIUS");
   shape->require_option(1);
   add_pose(app, "--pose", options.pose, kPoseHelp)->required();
   CLI::Option_group* motion = app.add_option_group("motion", "at most one of; none: static");

@@ -19,6 +19,7 @@ struct ObstacleOptions {
   std::vector<double> box;                  ///< full sizes along x, y, z [m]
   const config::ShapeType* type = nullptr;  ///< null: a box
   std::vector<double> sizes;                ///< of the type [m]
+  std::vector<std::string> points;          ///< a file of points, and their radius [m]; empty: another shape
   std::vector<double> pose;                 ///< x y z [m] roll pitch yaw [rad]
   std::optional<double> mass;               ///< [kg]; empty: not dynamic
   std::vector<double> conveyor;             ///< velocity [m/s], length [m]; empty: none

@@ -14,7 +14,8 @@ namespace {
 
 using planner::Pose;
 
-constexpr double kLineInterval = 0.05;  // [s]
+constexpr double kLineInterval = 0.05;      // [s]
+constexpr std::size_t kMostCentres = 1000;  ///< of a cloud: each moment has them
 
 /// A point to a tenth of a millimetre.
 Json point_json(const Eigen::Vector3d& p) {
@@ -47,6 +48,13 @@ struct ShapeJson {
     Json corners = Json::array();
     for (const Eigen::Vector3d& vertex : convex.hull->vertices) corners.push_back(point_json(X_WS * vertex));
     return {{"kind", "convex"}, {"corners", std::move(corners)}};
+  }
+  Json operator()(const world::Points& points) const {
+    Json centres = Json::array();
+    const auto all = points.cloud->points();
+    const std::size_t every = (all.size() + kMostCentres - 1) / kMostCentres;
+    for (std::size_t i = 0; i < all.size(); i += every) centres.push_back(point_json(X_WS * all[i].cast<double>()));
+    return {{"kind", "points"}, {"radius", points.cloud->radius()}, {"centres", std::move(centres)}};
   }
 };
 

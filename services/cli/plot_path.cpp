@@ -64,6 +64,14 @@ Discs discs_of(const world::Shape& shape, const Pose& X_WS) {
       for (const Eigen::Vector3d& vertex : convex.hull->vertices) vertices.centres_W.emplace_back(X_WS * vertex);
       return vertices;
     }
+    Discs operator()(const world::Points& points) const {
+      Discs balls;
+      for (const Eigen::Vector3f& point : points.cloud->points()) {
+        balls.centres_W.emplace_back(X_WS * point.cast<double>());
+      }
+      balls.radius = points.cloud->radius();
+      return balls;
+    }
   };
   return std::visit(Visitor{X_WS}, shape);
 }

@@ -89,6 +89,17 @@ struct ShapeToMessage {
       throw InvalidArgument(std::string("the points of a convex hull: ") + error.what());
     }
   }
+  void operator()(const Points& cloud) const {
+    std::vector<Eigen::Vector3f> points;
+    points.reserve(cloud.points.size());
+    for (const Vector3& p : cloud.points) points.push_back(Eigen::Vector3d(p.x, p.y, p.z).cast<float>());
+    try {
+      const auto balls = std::make_shared<const world::PointCloud>(std::move(points), cloud.radius);
+      message = messages::to_message(world::PlacedShape{world::Points{balls}});
+    } catch (const std::invalid_argument& error) {
+      throw InvalidArgument(std::string("the points of an obstacle: ") + error.what());
+    }
+  }
 };
 
 struct MotionToMessage {

@@ -82,6 +82,16 @@ struct ShapeRules {
     }
     return std::nullopt;
   }
+  Answer operator()(const world::Points& points) const {
+    if (auto answer = unless(kExtent, key + ".radius", points.cloud->radius())) return answer;
+    const world::PointBox& box = points.cloud->box();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const float side : {box.low[axis], box.high[axis]}) {
+        if (auto answer = unless(kCoordinate, key + ".points", static_cast<double>(side))) return answer;
+      }
+    }
+    return std::nullopt;
+  }
 };
 
 struct MotionRules {
@@ -154,6 +164,28 @@ double distance_from_tool(const world::Obstacle& obstacle) {
   return nearest;
 }
 
+/// Points stand, or move along a script.
+Answer complain_about_points(const world::Obstacle& obstacle) {
+  const auto is_points = [](const world::PlacedShape& placed) {
+    return std::holds_alternative<world::Points>(placed.shape);
+  };
+  const auto points = std::find_if(obstacle.shapes.begin(), obstacle.shapes.end(), is_points);
+  if (points == obstacle.shapes.end()) return std::nullopt;
+  const std::string key = indexed("shapes", static_cast<std::size_t>(points - obstacle.shapes.begin()));
+  std::size_t count = 0;
+  for (const world::PlacedShape& placed : obstacle.shapes) {
+    if (is_points(placed)) count += std::get<world::Points>(placed.shape).cloud->size();
+  }
+  constexpr std::size_t kMost = world::PointCloud::kMostPoints;
+  if (count > kMost) {
+    return Complaint{"shapes", std::to_string(count) + " points",
+                     "at most " + std::to_string(kMost) + " points in all"};
+  }
+  if (obstacle.attachment) return Complaint{key, "points", "a box, cylinder or mesh when an arm carries the obstacle"};
+  if (!std::holds_alternative<world::DynamicMotion>(obstacle.motion)) return std::nullopt;
+  return Complaint{key, "points", "a box, cylinder or mesh when the motion is dynamic: points cannot fall"};
+}
+
 Answer complain_about_attachment(const world::Obstacle& obstacle) {
   if (auto answer = complain(obstacle.attachment->X_TO, "attached_to.pose")) return answer;
   const bool scripted = !std::holds_alternative<world::StaticMotion>(obstacle.motion) &&
@@ -193,6 +225,7 @@ Answer complain(const world::Obstacle& obstacle) {
     if (auto answer = complain(obstacle.shapes[i].X_BS, key + ".pose")) return answer;
   }
   if (auto answer = complain(obstacle.X_WO, "pose")) return answer;
+  if (auto answer = complain_about_points(obstacle)) return answer;
   if (obstacle.attachment) {
     if (auto answer = complain_about_attachment(obstacle)) return answer;
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "planner/model/mesh_shape.hpp"
+#include "services/config/cloud_file.hpp"
 #include "services/config/obstacle_rules.hpp"
 #include "services/config/readers.hpp"
 #include "services/config/shape_types.hpp"
@@ -48,10 +49,24 @@ world::PlacedShape read_mesh(const MapView& map) {
   }
 }
 
+world::PlacedShape read_points(const MapView& map) {
+  const YamlView file = map.at("file");
+  const double radius = map.at("radius").number({kThinnest, kFarthest, "m"});
+  const std::string path = beside(file.file(), file.text());
+  try {
+    auto points = read_cloud_file(file.sources().open(path), printable_path(path));
+    const auto cloud = std::make_shared<const world::PointCloud>(std::move(points), radius);
+    return {world::Points{cloud}, read_pose(map, "pose")};
+  } catch (const std::invalid_argument& error) {
+    throw ConfigError(file.file() + ": " + file.path() + ": " + error.what());
+  }
+}
+
 world::PlacedShape read_shape(const YamlView& view, const ShapeSections& shapes) {
   const std::size_t index = view.type(shapes.names());
   const MapView map = view.map(shapes.all()[index]);
   if (const ShapeType* type = shapes.type(index)) return read_sizes(map, *type);
+  if (shapes.names()[index] == "points") return read_points(map);
   return index == 0 ? read_box(map) : read_mesh(map);
 }
 

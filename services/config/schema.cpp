@@ -103,6 +103,7 @@ ShapeSections::ShapeSections(const std::vector<ShapeType>& types) {
     add(type.name, section, &type);
   }
   add("mesh", section::kMesh, nullptr);
+  add("points", section::kPoints, nullptr);
 }
 
 void ShapeSections::add(std::string_view name, const Section& section, const ShapeType* type) {

@@ -68,6 +68,7 @@ inline const Section kObstacle{"obstacles[]", {"name", "shapes", "pose", "motion
 inline const Section kAttachment{"obstacles[].attached_to", {"arm", "pose"}};
 inline const Section kBox{"obstacles[].shapes[] of type box", {"type", "pose", "size"}};
 inline const Section kMesh{"obstacles[].shapes[] of type mesh", {"type", "pose", "file", "scale"}};
+inline const Section kPoints{"obstacles[].shapes[] of type points", {"type", "pose", "file", "radius"}};
 inline const Section kStatic{"obstacles[].motion of type static", {"type"}};
 inline const Section kWaypoints{"obstacles[].motion of type waypoints", {"type", "poses", "speed", "loop"}};
 inline const Section kCircle{"obstacles[].motion of type circle",
@@ -104,7 +105,7 @@ class ArmSections {
   Section defaults_;
 };
 
-/// The sections of `obstacles[].shapes[]`: of box, of the types given by their sizes, and of mesh.
+/// The sections of `obstacles[].shapes[]`: of box, of the types given by their sizes, of mesh, and of points.
 class ShapeSections {
  public:
   /// The types must outlive this. Throws std::invalid_argument if two have the same name.
@@ -113,7 +114,7 @@ class ShapeSections {
   /// The values of `type`, in the order of all().
   [[nodiscard]] const std::vector<std::string_view>& names() const { return names_; }
   [[nodiscard]] const std::vector<Section>& all() const { return sections_; }
-  /// Null for box and mesh.
+  /// Null for box, mesh and points.
   [[nodiscard]] const ShapeType* type(std::size_t index) const { return types_[index]; }
 
  private:

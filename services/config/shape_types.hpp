@@ -24,7 +24,7 @@ struct ShapeSize {
 
 /// One type of shapes, and how to make them.
 struct ShapeType {
-  std::string_view name;         ///< value of `type`; "box" and "mesh" are taken
+  std::string_view name;         ///< value of `type`; "box", "mesh" and "points" are taken
   std::string_view description;  ///< of the sizes, for help texts
   std::vector<ShapeSize> sizes;  ///< at least one
   /// The shape in its own frame S, from a value for each of `sizes`, in their order and within their bounds [m]. Throws

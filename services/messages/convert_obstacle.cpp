@@ -50,6 +50,23 @@ Converted<world::Shape> hull_from_message(const msg::PlacedShape& message, const
   return {world::Shape{world::Convex{std::move(hull)}}, {}};
 }
 
+Converted<world::Shape> cloud_from_message(const msg::PlacedShape& message, const std::string& what) {
+  const auto& numbers = message.points();
+  if (numbers.size() % 3 != 0) {
+    return {{}, what + ".points must have three numbers for each point, not " + std::to_string(numbers.size())};
+  }
+  std::vector<Eigen::Vector3f> points(numbers.size() / 3);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    points[i / 3][static_cast<Eigen::Index>(i % 3)] = static_cast<float>(numbers[i]);
+  }
+  try {
+    const auto cloud = std::make_shared<const world::PointCloud>(std::move(points), message.dimensions().x());
+    return {world::Shape{world::Points{cloud}}, {}};
+  } catch (const std::invalid_argument& error) {
+    return {{}, what + ": " + error.what()};
+  }
+}
+
 std::optional<std::string> first_of(std::initializer_list<std::optional<std::string>> errors) {
   for (const auto& error : errors) {
     if (error) return error;
@@ -82,6 +99,8 @@ Converted<world::Shape> shape_from_message(const msg::PlacedShape& message, cons
       break;
     case msg::ShapeKind::SHAPE_CONVEX:
       return hull_from_message(message, what);
+    case msg::ShapeKind::SHAPE_POINTS:
+      return cloud_from_message(message, what);
     default:
       error = what + ": unknown kind of shape";
   }
@@ -222,6 +241,14 @@ msg::PlacedShape to_message(const world::PlacedShape& shape) {
     void operator()(const world::Convex& convex) const {
       to.kind(msg::ShapeKind::SHAPE_CONVEX);
       set_hull(to, *convex.hull);
+    }
+    void operator()(const world::Points& points) const {
+      to.kind(msg::ShapeKind::SHAPE_POINTS);
+      to.dimensions(dimensions(points.cloud->radius(), 0, 0));
+      to.points().reserve(3 * points.cloud->size());
+      for (const Eigen::Vector3f& point : points.cloud->points()) {
+        for (int axis = 0; axis < 3; ++axis) to.points().push_back(static_cast<double>(point[axis]));
+      }
     }
   };
   std::visit(Visitor{message}, shape.shape);

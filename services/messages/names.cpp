@@ -183,6 +183,9 @@ std::string text(const PlacedShape& shape) {
     case ShapeKind::SHAPE_CONVEX:
       std::snprintf(text.data(), text.size(), "convex, %zu vertices", shape.vertices().size());
       break;
+    case ShapeKind::SHAPE_POINTS:
+      std::snprintf(text.data(), text.size(), "%zu points, radius %g m", shape.points().size() / 3, size.x());
+      break;
     default:
       return "unknown";
   }

@@ -144,11 +144,16 @@ ConvexHull hull_of(const py::object& numbers) {
   return hull;
 }
 
-py::array_t<double> points_of(const ConvexHull& hull) {
-  py::array_t<double> points({static_cast<py::ssize_t>(hull.points.size()), py::ssize_t{3}});
+Points cloud_of(const py::object& numbers, const Number& radius) {
+  return {hull_of(numbers).points, radius};
+}
+
+template <class OfPoints>
+py::array_t<double> points_of(const OfPoints& shape) {
+  py::array_t<double> points({static_cast<py::ssize_t>(shape.points.size()), py::ssize_t{3}});
   auto rows = points.mutable_unchecked<2>();
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
-    const Vector3& point = hull.points[static_cast<std::size_t>(i)];
+    const Vector3& point = shape.points[static_cast<std::size_t>(i)];
     rows(i, 0) = point.x;
     rows(i, 1) = point.y;
     rows(i, 2) = point.z;
@@ -201,9 +206,16 @@ void bind_shapes(py::module_& module) {
            py::arg("radius"), py::arg("length"));
   Value<ConvexHull>(module, "ConvexHull",
                     "The convex hull of points. A hull of more than 64 vertices becomes one of 64 that encloses it.")
-      .computed("points", &points_of, "in the obstacle's frame, shape (N, 3) [m]")
+      .computed("points", &points_of<ConvexHull>, "in the obstacle's frame, shape (N, 3) [m]")
       .def(py::init(&hull_of), py::arg("points"),
            "The hull of an array of shape (N, 3) [m], such as a mesh's vertices.");
+  Value<Points>(module, "Points",
+                "Balls of one radius about points, such as a depth camera sees. No arm can carry them, and they cannot "
+                "fall.")
+      .computed("points", &points_of<Points>, "in the obstacle's frame, shape (N, 3) [m]")
+      .field("radius", &Points::radius, "of each ball [m]")
+      .def(py::init(&cloud_of), py::arg("points"), py::arg("radius"),
+           "Balls about an array of 1 to 100,000 points, of shape (N, 3) [m]; kept in single precision.");
 }
 
 void bind_motions(py::module_& module) {

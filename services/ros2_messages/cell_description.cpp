@@ -75,6 +75,9 @@ struct ShapeWriter {
     for (const auto& vertex : body.hull->vertices) box.extend(vertex);
     add(X_LS * Eigen::Translation3d(box.center()), "<box size=\"" + numbers(box.sizes()) + "\"/>");
   }
+  void operator()(const world::Points& body) const {  // no link has this shape
+    sphere(X_LS * Eigen::Translation3d(body.cloud->centre()), body.cloud->bounding_radius());
+  }
 };
 
 /// Where each link is in its parent's frame when all joints are at zero.

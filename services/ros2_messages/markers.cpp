@@ -50,6 +50,15 @@ struct ShapeMarkers {
       }
     }
   }
+  void operator()(const world::Points& body) const {
+    Marker& marker = layer.add(marker::kSpheres, ns, color);
+    marker.pose = ros2::to_ros(X_WS);
+    marker.scale.x = marker.scale.y = marker.scale.z = 2.0 * body.cloud->radius();
+    marker.points.reserve(body.cloud->size());
+    for (const Eigen::Vector3f& point : body.cloud->points()) {
+      marker.points.push_back(to_point(Eigen::Vector3d(point.cast<double>())));
+    }
+  }
 };
 
 }  // namespace

@@ -69,6 +69,7 @@ inline constexpr std::int32_t kCylinder = 3;
 inline constexpr std::int32_t kLineStrip = 4;
 inline constexpr std::int32_t kLineList = 5;
 inline constexpr std::int32_t kText = 9;
+inline constexpr std::int32_t kSpheres = 7;  ///< a list
 inline constexpr std::int32_t kTriangles = 11;
 inline constexpr std::int32_t kDelete = 2;
 inline constexpr std::int32_t kDeleteAll = 3;

@@ -1,5 +1,6 @@
 #include "services/view/cell_json.hpp"
 
+#include <cmath>
 #include <variant>
 
 #include "planner/model/capsules.hpp"
@@ -7,6 +8,9 @@
 
 namespace hecaton::services::view {
 namespace {
+
+/// The page shows at most this many points of a cloud.
+constexpr std::size_t kMostShown = 20'000;
 
 struct ShapeFields {
   Json operator()(const world::Box& box) const {
@@ -23,6 +27,16 @@ struct ShapeFields {
     Json vertices = Json::array();
     for (const Eigen::Vector3d& vertex : convex.hull->vertices) vertices.push_back(vector_json(vertex));
     return {{"kind", "convex"}, {"vertices", vertices}, {"faces", convex.hull->faces}};
+  }
+  Json operator()(const world::Points& points) const {
+    const auto all = points.cloud->points();
+    const std::size_t every = (all.size() + kMostShown - 1) / kMostShown;
+    Json shown = Json::array();
+    const auto millimetres = [](float x) { return std::round(1e3 * static_cast<double>(x)) / 1e3; };
+    for (std::size_t i = 0; i < all.size(); i += every) {
+      for (int axis = 0; axis < 3; ++axis) shown.push_back(millimetres(all[i][axis]));
+    }
+    return {{"kind", "points"}, {"radius", points.cloud->radius()}, {"count", all.size()}, {"points", shown}};
   }
 };
 

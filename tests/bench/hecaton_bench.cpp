@@ -11,7 +11,7 @@
 namespace {
 
 constexpr const char* kUsage =
-    "usage: hecaton-bench [tick|distance|growth|rollouts|routes|cspace|wire|world|strategies …] [Google "
+    "usage: hecaton-bench [tick|distance|growth|rollouts|routes|points|cspace|wire|world|strategies …] [Google "
     "Benchmark's options]\n"
     "\n"
     "  tick      one control period of an arm, 192 pairs of bodies, and where its time goes\n"
@@ -19,6 +19,9 @@ constexpr const char* kUsage =
     "  growth    ticks of generated cells of 3, 10, 30 and 100 arms\n"
     "  rollouts  ticks a second of rollouts of three arms\n"
     "  routes    routes of a blocked arm around everything at its present pose, at three levels of clearance\n"
+    "  points    configurations, edges and ticks of an arm among 1,000 to 100,000 points on 20 boxes; the peer is the "
+    "same\n"
+    "            arm among the boxes; brute_ratio: all balls, one by one, to ours\n"
     "  cspace    10,000 obstacles mapped into the C-space of a planar arm: cost, and cells missed and false\n"
     "  wire      the check of 100 received arm states against their limits; the peer is their decoding\n"
     "  world     steps, scans and edits of the world of three moving arms among 100, 1,000 and 10,000 obstacles; the "
@@ -41,7 +44,7 @@ constexpr const char* kUsage =
 
 bool is_group(const std::string& word) {
   return word == "tick" || word == "distance" || word == "growth" || word == "rollouts" || word == "routes" ||
-         word == "cspace" || word == "wire" || word == "world" || word == "strategies";
+         word == "points" || word == "cspace" || word == "wire" || word == "world" || word == "strategies";
 }
 
 }  // namespace
@@ -53,10 +56,10 @@ int main(int count, char** arguments) {
     if (words[i] == "-h" || words[i] == "--help") std::fputs(kUsage, stdout);
     if (words[i].starts_with("-")) continue;
     if (!is_group(words[i])) {
-      std::fprintf(
-          stderr,
-          "hecaton-bench: '%s' must be tick, distance, growth, rollouts, routes, cspace, wire, world or strategies\n%s",
-          words[i].c_str(), kUsage);
+      std::fprintf(stderr,
+                   "hecaton-bench: '%s' must be tick, distance, growth, rollouts, routes, points, cspace, wire, world "
+                   "or strategies\n%s",
+                   words[i].c_str(), kUsage);
       return 2;
     }
     groups += (groups.empty() ? "" : "|") + words[i];

@@ -1,5 +1,7 @@
 #include "tests/support/fcl_shape.hpp"
 
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <fcl/geometry/shape/box.h>
@@ -32,6 +34,9 @@ struct ToFcl {
     }
     const auto vertices = std::make_shared<std::vector<Eigen::Vector3d>>(convex.hull->vertices);
     return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(convex.hull->faces.size()), faces);
+  }
+  Result operator()(const world::Points& points) const {
+    throw std::logic_error("no convex shape: " + std::to_string(points.cloud->size()) + " points");
   }
 };
 

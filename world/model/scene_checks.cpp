@@ -95,6 +95,7 @@ struct ShapeCheck {
                ? Answer()
                : "a convex hull needs faces, counter-clockwise from outside, that enclose a volume > 0";
   }
+  Answer operator()(const Points& points) const { return points.cloud ? Answer() : "a shape of points needs a cloud"; }
 };
 
 struct MotionCheck {
@@ -141,8 +142,14 @@ struct MotionCheck {
 
 Answer body_complaint(const Obstacle& obstacle) {
   if (obstacle.shapes.empty()) return "it needs at least one shape";
+  const bool falls = !obstacle.attachment && std::holds_alternative<DynamicMotion>(obstacle.motion);
   for (const PlacedShape& placed : obstacle.shapes) {
     if (auto reason = why_invalid(placed.shape)) return reason;
+    if (!std::holds_alternative<Points>(placed.shape)) continue;
+    if (obstacle.attachment) return "an arm cannot carry points; give what it carries a box, cylinder or mesh";
+    if (falls) return "points cannot fall; make the motion static, or give the obstacle a box, cylinder or mesh";
+  }
+  for (const PlacedShape& placed : obstacle.shapes) {
     if (!is_rigid(placed.X_BS)) return "the pose of one of its shapes is no finite, rigid pose";
   }
   if (!is_rigid(obstacle.X_WO)) return "its pose is no finite, rigid pose";
@@ -177,6 +184,9 @@ double volume(const Shape& shape) {
     }
     double operator()(const Cylinder& cylinder) const { return rod(cylinder.radius, cylinder.half_length); }
     double operator()(const Convex& convex) const { return hull_volume(*convex.hull); }
+    double operator()(const Points& points) const {
+      return static_cast<double>(points.cloud->size()) * ball(points.cloud->radius());
+    }
     static double ball(double radius) { return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius; }
     static double rod(double radius, double half) { return std::numbers::pi * radius * radius * 2.0 * half; }
   };

@@ -18,7 +18,7 @@ namespace hecaton::world {
 /// Checks name, shapes, poses and the motion's parameters, but not whether the name is unique.
 [[nodiscard]] std::optional<std::string> why_invalid(const Obstacle& obstacle);
 
-/// Volume [m³], > 0 for every valid shape; of a hull by its faces.
+/// Volume [m³], > 0 for every valid shape; of a hull by its faces; of points that of all balls, overlaps included.
 [[nodiscard]] double volume(const Shape& shape);
 
 }  // namespace hecaton::world

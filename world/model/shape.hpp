@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "world/model/point_cloud.hpp"
 #include "world/model/pose.hpp"
 
 namespace hecaton::world {
@@ -43,8 +44,14 @@ struct Convex {
   std::shared_ptr<const ConvexHull> hull;  ///< never null
 };
 
+/// Balls of one radius about points. The only shape that is not convex: a body of it stands or moves with an obstacle,
+/// but no arm carries it, and it does not fall.
+struct Points {
+  std::shared_ptr<const PointCloud> cloud;  ///< never null
+};
+
 /// Shape of a body.
-using Shape = std::variant<Box, Sphere, Capsule, Cylinder, Convex>;
+using Shape = std::variant<Box, Sphere, Capsule, Cylinder, Convex, Points>;
 
 /// A shape fixed to a body B.
 struct PlacedShape {
@@ -76,6 +83,9 @@ inline BoundingSphere bounding_sphere(const Shape& shape) {
       BoundingSphere ball{box.center(), 0.0};
       for (const auto& vertex : vertices) ball.radius = std::max(ball.radius, (vertex - ball.centre).norm());
       return ball;
+    }
+    BoundingSphere operator()(const Points& points) const {
+      return {points.cloud->centre(), points.cloud->bounding_radius()};
     }
   };
   return std::visit(Visitor{}, shape);

@@ -31,6 +31,21 @@ struct ShapeMaker {
     hull->recalcLocalAabb();
     return without_margin(std::move(hull));
   }
+  Made operator()(const Points& points) const {
+    auto hull = std::make_unique<btConvexHullShape>();
+    const PointBox& box = points.cloud->box();
+    const double radius = points.cloud->radius();
+    for (int corner = 0; corner < 8; ++corner) {
+      btVector3 p;
+      for (int axis = 0; axis < 3; ++axis) {
+        p[axis] = (corner >> axis & 1) != 0 ? static_cast<double>(box.high[axis]) + radius
+                                            : static_cast<double>(box.low[axis]) - radius;
+      }
+      hull->addPoint(p, false);
+    }
+    hull->recalcLocalAabb();
+    return without_margin(std::move(hull));
+  }
 
   static Made without_margin(Made shape) {
     shape->setMargin(0.0);

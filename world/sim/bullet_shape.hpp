@@ -20,7 +20,8 @@ namespace hecaton::world {
 [[nodiscard]] Pose from_bullet(const btTransform& transform);
 
 /// The convex shape in its frame S. A sphere and a capsule use Bullet's margin as their radius, which is exact; other
-/// shapes have margin 0. The shape must have passed why_invalid().
+/// shapes have margin 0. Points become the box around them, which only bounds distances (world/sim/cloud_balls.hpp).
+/// The shape must have passed why_invalid().
 [[nodiscard]] std::unique_ptr<btConvexShape> make_bullet_shape(const Shape& shape);
 
 /// Signed distance between two placed shapes.

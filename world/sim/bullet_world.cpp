@@ -304,6 +304,10 @@ EditResult BulletWorld::attach(const std::string& name, const std::string& arm) 
   if (obstacle.attachment) {
     return not_now(name, "obstacle '" + name + "' is already attached to '" + obstacle.attachment->arm + "'");
   }
+  const auto is_points = [](const PlacedShape& placed) { return std::holds_alternative<Points>(placed.shape); };
+  if (std::any_of(obstacle.shapes.begin(), obstacle.shapes.end(), is_points)) {
+    return not_now(name, "obstacle '" + name + "' is made of points, which an arm cannot carry");
+  }
   const ArmTrack& track = impl_->tracks[carrier];
   if (!track.known()) return not_now(arm, "arm '" + arm + "' has not reported its position yet");
 

@@ -127,6 +127,7 @@ int MonitoredPairs::name_index(const std::string& name) {
 void MonitoredPairs::add_part(MonitoredPart part, int side, const PlacedShape& placed) {
   const BoundingSphere bound = bounding_sphere(placed.shape);
   part.shape = make_bullet_shape(placed.shape);
+  if (const auto* points = std::get_if<Points>(&placed.shape)) part.balls = cloud_balls(points->cloud);
   part.X_CS = placed.X_BS;
   part.centre_C = placed.X_BS * bound.centre;
   part.radius = bound.radius;
@@ -406,7 +407,15 @@ double MonitoredPairs::gap_along_last_normal(const MonitoredPair& pair) const {
 double MonitoredPairs::exact_distance(MonitoredPair& pair) const {
   const MonitoredPart& a = parts_[pair.a];
   const MonitoredPart& b = parts_[pair.b];
-  const SignedDistance found = signed_distance(*a.shape, X_WS(a), *b.shape, X_WS(b));
+  SignedDistance found;
+  if (a.balls) {
+    found = a.balls->distance_from(*b.shape, X_WS(b), X_WS(a));
+    found.n_W = -found.n_W;
+  } else if (b.balls) {
+    found = b.balls->distance_from(*a.shape, X_WS(a), X_WS(b));
+  } else {
+    found = signed_distance(*a.shape, X_WS(a), *b.shape, X_WS(b));
+  }
   pair.n_C = carriers_[a.carrier].X_WC.linear().transpose() * from_bullet(found.n_W);
   return found.distance;
 }

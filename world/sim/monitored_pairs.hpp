@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "world/sim/bullet_shape.hpp"
+#include "world/sim/cloud_balls.hpp"
 #include "world/sim/contact_monitor.hpp"
 #include "world/sim/shape_tree.hpp"
 
@@ -25,16 +26,17 @@ namespace hecaton::world {
 /// Error of a computed distance, for the bounds derived from it [m].
 inline constexpr double kDistanceError = 2e-4;
 
-/// One convex shape on its carrier: a link of an arm, or an obstacle.
+/// One convex shape, or the balls of a cloud, on its carrier: a link of an arm, or an obstacle.
 struct MonitoredPart {
   int carrier = 0;
-  int arm = -1;          ///< −1: of a free obstacle
-  int link = -1;         ///< of that arm; −1: of an obstacle, free or carried
-  bool moves = true;     ///< two parts that do not move are no pair: a base stands on its table
-  bool handled = false;  ///< of the obstacle that was just attached or detached
-  int name = 0;          ///< index into MonitoredPairs::names()
-  int rank = 0;          ///< among the parts with this name
-  std::shared_ptr<const btConvexShape> shape;
+  int arm = -1;                                ///< −1: of a free obstacle
+  int link = -1;                               ///< of that arm; −1: of an obstacle, free or carried
+  bool moves = true;                           ///< two parts that do not move are no pair: a base stands on its table
+  bool handled = false;                        ///< of the obstacle that was just attached or detached
+  int name = 0;                                ///< index into MonitoredPairs::names()
+  int rank = 0;                                ///< among the parts with this name
+  std::shared_ptr<const btConvexShape> shape;  ///< around the balls, if there are any: it bounds their distances
+  std::shared_ptr<const CloudBalls> balls;     ///< null: of a convex shape
   Pose X_CS = Pose::Identity();
   Eigen::Vector3d centre_C = Eigen::Vector3d::Zero();  ///< of the bounding sphere [m]
   Eigen::Vector3d centre_W = Eigen::Vector3d::Zero();

@@ -90,6 +90,7 @@ double inner_radius(const Shape& shape) {
       }
       return least;
     }
+    double operator()(const Points& points) const { return points.cloud->radius(); }
   };
   return std::visit(Visitor{}, shape);
 }
@@ -216,6 +217,14 @@ RigidBody::~RigidBody() {
 void RigidBody::build_shape(std::span<const PlacedShape> shapes) {
   compound_ = std::make_unique<btCompoundShape>(true, static_cast<int>(shapes.size()));
   for (const PlacedShape& placed : shapes) {
+    if (const auto* points = std::get_if<Points>(&placed.shape)) {
+      parts_.push_back(make_bullet_shape(Sphere{points->cloud->radius()}));
+      for (const Eigen::Vector3f& point : points->cloud->points()) {
+        compound_->addChildShape(to_bullet(Pose(placed.X_BS * Eigen::Translation3d(point.cast<double>()))),
+                                 parts_.back().get());
+      }
+      continue;
+    }
     parts_.push_back(make_bullet_shape(placed.shape));
     compound_->addChildShape(to_bullet(placed.X_BS), parts_.back().get());
   }

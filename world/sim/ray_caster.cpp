@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "world/sim/bullet_shape.hpp"
+#include "world/sim/cloud_balls.hpp"
 #include "world/sim/shape_tree.hpp"
 
 namespace hecaton::world {
@@ -14,8 +15,9 @@ namespace {
 struct Target {
   int obstacle = 0;
   Pose X_OS = Pose::Identity();
-  BoundingSphere bound;  ///< in S
-  std::unique_ptr<btConvexShape> shape;
+  BoundingSphere bound;                     ///< in S
+  std::unique_ptr<btConvexShape> shape;     ///< around the balls, if there are any
+  std::shared_ptr<const CloudBalls> balls;  ///< null: of a convex shape
   Pose X_WS = Pose::Identity();
 };
 
@@ -73,7 +75,12 @@ void RayCaster::set_obstacles(std::span<const Obstacle> obstacles) {
     impl_->first.push_back(static_cast<int>(impl_->targets.size()));
     if (obstacles[i].attachment) continue;
     for (const PlacedShape& placed : obstacles[i].shapes) {
-      impl_->targets.push_back({i, placed.X_BS, bounding_sphere(placed.shape), make_bullet_shape(placed.shape)});
+      Target& target = impl_->targets.emplace_back();
+      target.obstacle = i;
+      target.X_OS = placed.X_BS;
+      target.bound = bounding_sphere(placed.shape);
+      target.shape = make_bullet_shape(placed.shape);
+      if (const auto* points = std::get_if<Points>(&placed.shape)) target.balls = cloud_balls(points->cloud);
     }
   }
   impl_->first.push_back(static_cast<int>(impl_->targets.size()));
@@ -110,6 +117,12 @@ std::optional<double> RayCaster::cast(const Eigen::Vector3d& p_W, const Eigen::V
   impl_->tree.crossed(from, to, [&](int number) {
     const Target& target = impl_->targets[static_cast<std::size_t>(number)];
     if (!intersects_sphere(p_W, d_W, range, target.X_WS * target.bound.centre, target.bound.radius)) return;
+    if (target.balls) {
+      const Pose X_SW = target.X_WS.inverse(Eigen::Isometry);
+      const auto t = target.balls->cast(X_SW * p_W, X_SW.linear() * d_W, range);
+      if (t) nearest = std::min(nearest.value_or(range), *t);
+      return;
+    }
     const btTransform X = to_bullet(target.X_WS);
     btCollisionWorld::ClosestRayResultCallback hit(from, to);
     btCollisionWorld::rayTestSingle(X_from, X_to, &body, target.shape.get(), X, hit);

@@ -80,6 +80,7 @@ class PointsOfBody {
     const PlacedCapsule around = bounding_capsule(convex);
     on_axis(X_LS * around.X_FS, around.capsule.half_length, 0.0);
   }
+  void of(const Pose& X_LS, const world::Points& points) { add(X_LS * points.cloud->centre(), 0.0); }
   void of(const Pose& X_LS, const world::Box& box) {
     for (int axis = 0; axis < 3; ++axis) edges_along(X_LS, box.half_extents, axis);
   }

@@ -45,6 +45,9 @@ std::vector<Ball> hull_of_balls(const world::Shape& shape) {
       for (const Eigen::Vector3d& vertex : convex.hull->vertices) balls.push_back({vertex, 0.0});
       return balls;
     }
+    std::vector<Ball> operator()(const world::Points& points) const {
+      return {{points.cloud->centre(), points.cloud->bounding_radius()}};
+    }
   };
   return std::visit(Visitor{}, shape);
 }

@@ -98,6 +98,14 @@ struct Visitor {
     }
     return points;
   }
+  Points operator()(const world::Points& cloud) const {
+    Points points;
+    const Points ball = (*this)(world::Sphere{cloud.cloud->radius()});
+    for (const Eigen::Vector3f& centre : cloud.cloud->points()) {
+      for (const Eigen::Vector3d& p : ball) points.emplace_back(centre.cast<double>() + p);
+    }
+    return points;
+  }
 
  private:
   void add_wall(double radius, double half_length, Points& points) const {

@@ -30,7 +30,7 @@ except ImportError as _error:
 from ._hecaton import (
     ARM_MODES, CAUSE_KINDS, CELL_MODES, FREE_ROTATIONS, GOAL_STATES, NODE_KINDS, NODE_STATES, SEVERITIES, ArmState,
     ArmStatus, Binding, Box, Capsule, Cause, CellStatus, Circle, ContactReport, ConvexHull, Conveyor, Cylinder, Dynamic,
-    Fault, NearestPose, NodeStatus, ObstacleState, Outcome, PlanAnswer, Pose, Progress, Receipt, SavedRecording, Signal,
+    Fault, NearestPose, NodeStatus, ObstacleState, Outcome, PlanAnswer, Points, Pose, Progress, Receipt, SavedRecording, Signal,
     Sine, Sphere, Static, ToolError, ToolState)
 from .errors import Closed, Error, GoalFailed, InvalidArgument, NoAnswer, Rejected, Unreachable, WaitTimeout
 from .live import ANSWER_LIMIT, GRIPPER_LIMIT, Arm, Cell, Goal, Signals, Tool, World, connect
@@ -42,7 +42,7 @@ __all__ = [
     "ConvexHull", "Conveyor", "Cylinder", "Dynamic", "Error", "FREE_ROTATIONS", "Fault", "Finding", "GOAL_STATES",
     "GRIPPER_LIMIT",
     "Goal", "GoalFailed", "InvalidArgument", "Limits", "MissedTask", "NODE_KINDS", "NODE_STATES", "NearestPose",
-    "NoAnswer", "NodeStatus", "ObstacleState", "Outcome", "PlanAnswer", "Pose", "Progress", "Receipt", "Rejected",
+    "NoAnswer", "NodeStatus", "ObstacleState", "Outcome", "PlanAnswer", "Points", "Pose", "Progress", "Receipt", "Rejected",
     "SEVERITIES", "SavedRecording", "Separation", "Signal", "Signals", "SimulationReport", "Sine", "Sphere", "Static", "Tool", "ToolError",
     "ToolState", "Unreachable",
     "WaitTimeout", "World", "connect", "load"]

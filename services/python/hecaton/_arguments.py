@@ -18,10 +18,12 @@ Joints = Union[str, Sequence[float], NDArray[Any]]
 Target = Union[str, _hecaton.Pose, Sequence[float], NDArray[Any]]
 Numbers = Union[Sequence[float], NDArray[Any]]
 Rows = Union[Sequence[Sequence[float]], NDArray[Any]]
-Shape = Union[_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull]
+Shape = Union[_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull,
+              _hecaton.Points]
 Motion = Union[_hecaton.Static, _hecaton.Conveyor, _hecaton.Sine, _hecaton.Circle, _hecaton.Dynamic]
 
-SHAPES = (_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull)
+SHAPES = (_hecaton.Box, _hecaton.Sphere, _hecaton.Cylinder, _hecaton.Capsule, _hecaton.ConvexHull,
+          _hecaton.Points)
 MOTIONS = (_hecaton.Static, _hecaton.Conveyor, _hecaton.Sine, _hecaton.Circle, _hecaton.Dynamic)
 
 T = TypeVar("T")

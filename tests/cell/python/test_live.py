@@ -310,8 +310,8 @@ class Goals(LiveCell):
                 ("timeout = nan must be a number of seconds, or None for no limit", lambda: north.state(float("nan"))),
                 ("name = 3 must be a str", lambda: self.cell.arm(3)),
                 ("arms = 5 must be a list of names", lambda: self.cell.hold(5)),
-                ("shape = 0.1 must be a hecaton.Box, hecaton.Sphere, hecaton.Cylinder, hecaton.Capsule or "
-                 "hecaton.ConvexHull", lambda: world.add("ball", 0.1, hecaton.Pose())),
+                ("shape = 0.1 must be a hecaton.Box, hecaton.Sphere, hecaton.Cylinder, hecaton.Capsule, "
+                 "hecaton.ConvexHull or hecaton.Points", lambda: world.add("ball", 0.1, hecaton.Pose())),
                 ("pose = (1, 2, 3) must be a hecaton.Pose", lambda: world.move("post", (1, 2, 3))),
                 ("callback = 3 must be a function", lambda: self.cell.on_fault(3))):
             with self.assertRaises(hecaton.InvalidArgument) as raised:
@@ -340,6 +340,26 @@ class Obstacles(LiveCell):
         self.cell.world.add("mesh", hecaton.ConvexHull(ball), hecaton.Pose.xyz(3, 3, 1))
         self.wait_for(lambda states: "mesh" in states)
         self.cell.world.remove("mesh")
+
+    def test_largest_cloud_of_points_appears_and_must_be_clear_of_the_arms(self):
+        world = self.cell.world
+        points = np.random.default_rng(1).uniform(-0.5, 0.5, size=(100_000, 3))
+        world.add("scan", hecaton.Points(points, 0.01), hecaton.Pose.xyz(4, 4, 1))
+        self.wait_for(lambda states: "scan" in states)
+        north = self.cell.arm("north")
+        tool = hecaton.load(self.file).arm("north").forward(north.state().q)
+        with self.assertRaises(hecaton.Rejected) as raised:
+            world.move("scan", tool)
+        self.assertIn("must be clear of the arms", str(raised.exception))
+        with self.assertRaises(hecaton.Rejected) as raised:
+            world.attach("north", "scan")
+        self.assertIn("points", str(raised.exception))
+        self.assertTrue(north.go_to("home").wait(LONG))
+        world.remove("scan")
+        self.wait_for(lambda states: "scan" not in states)
+        for bad in (points[:0], np.vstack([points, points[:1]]), [[0, 0, float("nan")]]):
+            with self.assertRaises(hecaton.InvalidArgument):
+                world.add("scan", hecaton.Points(bad, 0.01), hecaton.Pose.xyz(4, 4, 1))
 
     def test_rejected_edit_raises_and_changes_nothing(self):
         with self.assertRaises(hecaton.Rejected) as raised:

@@ -48,7 +48,7 @@ struct HECATON_API Pose {
   [[nodiscard]] static Pose xyz_rpy(double x, double y, double z, double roll, double pitch, double yaw);
 };
 
-// Shapes, centred at the origin of the obstacle's frame unless they are a hull; axes of rotation along z.
+// Shapes, centred at the origin of the obstacle's frame unless they are a hull or points; axes of rotation along z.
 /// A cuboid.
 struct Box {
   double x;  ///< full size along x [m]
@@ -74,8 +74,15 @@ struct Capsule {
 struct ConvexHull {
   std::vector<Vector3> points;  ///< in the obstacle's frame [m]
 };
+/// Balls of one radius about points, such as a depth camera sees. No arm can carry them, and they cannot fall. An edit
+/// without points, with more than 100,000, or with a coordinate that is not finite throws InvalidArgument. Coordinates
+/// are kept in single precision.
+struct Points {
+  std::vector<Vector3> points;  ///< in the obstacle's frame [m]
+  double radius;                ///< of each ball [m]
+};
 /// Shape of an obstacle.
-using Shape = std::variant<Box, Sphere, Cylinder, Capsule, ConvexHull>;
+using Shape = std::variant<Box, Sphere, Cylinder, Capsule, ConvexHull, Points>;
 
 // Motions of obstacles. They begin at the pose at which the obstacle is added.
 /// Stays where it is.

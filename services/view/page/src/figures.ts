@@ -47,6 +47,7 @@ function formGeometry(shape: Shape): THREE.BufferGeometry {
     case "capsule": return alongZ(new THREE.CapsuleGeometry(shape.radius, shape.length, ROUND / 4, ROUND));
     case "cylinder": return alongZ(new THREE.CylinderGeometry(shape.radius, shape.radius, shape.length, ROUND));
     case "convex": return convexGeometry(shape.vertices, shape.faces);
+    case "points": return new THREE.BufferGeometry(); // no surface: ObstacleFigure draws points
   }
 }
 
@@ -325,6 +326,7 @@ export class ArmFigure {
 export class ObstacleFigure {
   readonly group = new THREE.Group();
   private readonly material: THREE.MeshLambertMaterial;
+  private readonly clouds: THREE.PointsMaterial[] = [];
 
   constructor(readonly obstacle: Obstacle, section: THREE.Plane[] = []) {
     this.material = new THREE.MeshLambertMaterial({
@@ -332,7 +334,18 @@ export class ObstacleFigure {
     });
     this.group.matrixAutoUpdate = false;
     place(this.group, obstacle.pose);
-    const geometry = merged(obstacle.shapes.map(shapeGeometry));
+    for (const shape of obstacle.shapes) {
+      if (shape.kind !== "points") continue;
+      // A square for each ball, of its diameter.
+      const material = new THREE.PointsMaterial({ color: 0x9aa0a6, size: 2 * shape.radius, clippingPlanes: section });
+      const points = new THREE.BufferGeometry();
+      points.setAttribute("position", new THREE.Float32BufferAttribute(shape.points, 3));
+      const cloud = new THREE.Points(points.applyMatrix4(matrixOf(shape.pose)), material);
+      cloud.matrixAutoUpdate = false;
+      this.clouds.push(material);
+      this.group.add(cloud);
+    }
+    const geometry = merged(obstacle.shapes.filter((shape) => shape.kind !== "points").map(shapeGeometry));
     if (!geometry) return;
     const mesh = new THREE.Mesh(geometry, this.material);
     mesh.matrixAutoUpdate = false;
@@ -343,14 +356,18 @@ export class ObstacleFigure {
     const opacity = freshness(age);
     const transparent = opacity < 1;
     if (this.material.transparent !== transparent) this.material.needsUpdate = true;
-    this.material.opacity = opacity;
-    this.material.transparent = transparent;
+    for (const material of [this.material, ...this.clouds]) {
+      material.opacity = opacity;
+      material.transparent = transparent;
+    }
   }
   showAsGhost(): void {
-    this.material.color.set(0x7fa8d9);
-    this.material.opacity = 0.5;
-    this.material.transparent = true;
-    this.material.depthWrite = false;
+    for (const material of [this.material, ...this.clouds]) {
+      material.color.set(0x7fa8d9);
+      material.opacity = 0.5;
+      material.transparent = true;
+      material.depthWrite = false;
+    }
   }
   segments(): Segment[] {
     return this.obstacle.shapes.map((shape) => segmentOf(shape.capsule, this.group.matrixWorld));

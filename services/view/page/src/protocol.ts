@@ -16,7 +16,9 @@ export type ShapeForm =
   | { kind: "box"; size: Vector }
   | { kind: "sphere"; radius: number }
   | { kind: "capsule" | "cylinder"; radius: number; length: number }
-  | { kind: "convex"; vertices: Vector[]; faces: number[][] };
+  | { kind: "convex"; vertices: Vector[]; faces: number[][] }
+  // x, y, z of at most 20,000 of its `count` points, one after the other; balls of `radius` about them.
+  | { kind: "points"; radius: number; count: number; points: number[] };
 
 export type Shape = ShapeForm & {
   pose: Pose; // in the frame of the body

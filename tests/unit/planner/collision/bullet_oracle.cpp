@@ -1,6 +1,8 @@
 #include "bullet_oracle.hpp"
 
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
@@ -46,6 +48,9 @@ std::unique_ptr<btConvexShape> to_bullet(const world::Shape& shape) {
       auto hull = std::make_unique<btConvexHullShape>();
       for (const auto& vertex : convex.hull->vertices) hull->addPoint(to_bullet(vertex));
       return hull;
+    }
+    std::unique_ptr<btConvexShape> operator()(const world::Points& points) const {
+      throw std::logic_error("no convex shape: " + std::to_string(points.cloud->size()) + " points");
     }
   };
   auto converted = std::visit(Visitor{}, shape);

@@ -34,6 +34,18 @@ TEST(ObstacleOptions, ReadRoundShapes) {
   EXPECT_EQ(std::get<world::Sphere>(parse("a --sphere 0.07 --pose 0 0 0 0 0 0").shapes[0].shape).radius, 0.07);
 }
 
+TEST(ObstacleOptions, ReadPointsFromAFile) {
+  const std::string folder = std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/clouds/";
+  const auto points =
+      std::get<world::Points>(parse("a --points " + folder + "good.xyz 0.02 --pose 0 0 0 0 0 0").shapes[0].shape);
+  EXPECT_EQ(points.cloud->size(), 1U);
+  EXPECT_EQ(points.cloud->radius(), 0.02);
+  for (const std::string& bad :
+       {"nan.xyz 0.02", "missing.xyz 0.02", "good.xyz x", "good.xyz 0", "good.xyz 0.02 --mass 1"}) {
+    EXPECT_THROW(static_cast<void>(parse("a --pose 0 0 0 0 0 0 --points " + folder + bad)), Failure) << bad;
+  }
+}
+
 TEST(ObstacleOptions, ReadMotions) {
   const auto conveyor =
       std::get<world::ConveyorMotion>(parse("a --sphere 1 --pose 0 0 0 0 0 0 --conveyor '0 -0.3 0.4 2'").motion);

@@ -70,6 +70,20 @@ TEST(PublicObstacle, ConvertsPointsToTheirConvexHull) {
                InvalidArgument);
 }
 
+TEST(PublicObstacle, ConvertsPoints) {
+  const Points cloud{{{0.5, 0.0, 1.0}, {0.25, 0.0, 1.0}}, 0.01};
+  const msg::Obstacle obstacle = to_message("scan", cloud, Pose{}, Static{});
+  ASSERT_EQ(obstacle.shapes().size(), 1U);
+  EXPECT_EQ(obstacle.shapes()[0].kind(), msg::ShapeKind::SHAPE_POINTS);
+  EXPECT_EQ(obstacle.shapes()[0].dimensions().x(), 0.01);
+  EXPECT_EQ(obstacle.shapes()[0].points(), (std::vector<double>{0.25, 0.0, 1.0, 0.5, 0.0, 1.0}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Points& bad :
+       {Points{{}, 0.01}, Points{{{nan}}, 0.01}, Points{{{}}, 0.0}, Points{std::vector<Vector3>(100'001), 0.01}}) {
+    EXPECT_THROW(static_cast<void>(to_message("scan", bad, Pose{}, Static{})), InvalidArgument);
+  }
+}
+
 TEST(PublicProgress, HasTheMeasuredErrorOfTheToolAndTheNearestOrientation) {
   msg::GoalStatus status;
   EXPECT_FALSE(to_public(status).tool_error);

@@ -103,6 +103,9 @@ obstacles:
   - name: pyramid
     shapes: [{type: mesh, file: meshes/tetrahedron.stl, scale: [2, 2, 2]}]
     pose: {xyz: [22, 0, 0]}
+  - name: scan
+    shapes: [{type: points, file: clouds/good.xyz, radius: 0.02, pose: {xyz: [0, 0, 1]}}]
+    pose: {xyz: [24, 0, 0]}
   - name: part
     shapes: [{type: sphere, radius: 0.01}]
     attached_to: {arm: left, pose: {xyz: [0.1, 0, 0]}}
@@ -353,6 +356,12 @@ TEST_F(EveryKeyTest, Shapes) {
     const Eigen::Vector3d p_O = mesh.X_BS * vertex;
     EXPECT_TRUE(p_O.norm() < 1e-6 || std::abs(p_O.lpNorm<1>() - 2.0) < 1e-6) << p_O.transpose();
   }
+  const world::PlacedShape& scan = obstacle("scan").shapes[0];
+  const world::PointCloud& cloud = *std::get<world::Points>(scan.shape).cloud;
+  EXPECT_DOUBLE_EQ(cloud.radius(), 0.02);
+  ASSERT_EQ(cloud.size(), 1U);
+  EXPECT_EQ(cloud.points()[0], Eigen::Vector3f::Ones());
+  EXPECT_EQ(scan.X_BS.translation(), Eigen::Vector3d(0, 0, 1));
 }
 
 TEST_F(EveryKeyTest, MotionsAndAttachment) {

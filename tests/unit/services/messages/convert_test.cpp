@@ -128,6 +128,33 @@ TEST(Convert, KeepsShapes) {
   EXPECT_EQ(hull.faces[3], (std::vector<int>{1, 2, 3}));
 }
 
+TEST(Convert, KeepsPoints) {
+  const std::vector<Eigen::Vector3f> points{{0.1F, 0.2F, 0.3F}, {-1.5F, 0.0F, 2.0F}};
+  const auto cloud = std::make_shared<const world::PointCloud>(points, 0.01);
+  const auto message = to_message(placed(world::Points{cloud}));
+  EXPECT_EQ(message.kind(), msg::ShapeKind::SHAPE_POINTS);
+  EXPECT_EQ(text(message), "2 points, radius 0.01 m");
+  const auto back = from_message(message, "shape");
+  ASSERT_TRUE(back) << back.error;
+  const world::PointCloud& same = *std::get<world::Points>(back->shape).cloud;
+  EXPECT_EQ(same.radius(), 0.01);
+  ASSERT_EQ(same.size(), 2U);
+  EXPECT_EQ(same.points()[0], points[1]);
+  EXPECT_EQ(same.points()[1], points[0]);
+
+  auto bad = message;
+  bad.points().pop_back();
+  EXPECT_EQ(from_message(bad, "s").error, "s.points must have three numbers for each point, not 5");
+  bad.points().clear();
+  EXPECT_EQ(from_message(bad, "s").error, "s: a cloud must have 1 to 100000 points, not 0");
+  bad = message;
+  bad.points()[4] = 1e300;
+  EXPECT_EQ(from_message(bad, "s").error, "s: point 2 of 2 must have finite coordinates");
+  bad = message;
+  bad.dimensions().x(kNan);
+  EXPECT_FALSE(from_message(bad, "s"));
+}
+
 TEST(Convert, RefusesBadShapes) {
   auto box = to_message(placed(world::Box{{0.2, 0.3, 0.4}}));
   box.dimensions().y(-0.3);
