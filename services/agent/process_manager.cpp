@@ -76,7 +76,8 @@ void ProcessManager::check_memory(Process& process, Events& events) const {
   if (!process.child || process.starting || process.exit_reported || process.killed) return;
   const std::uint64_t memory = process.child->memory();
   if (memory <= options_.memory_limit) return;
-  process.killed = "it used " + megabytes(memory) +
+  // Rounded up, so that it is above the limit in the sentence, too.
+  process.killed = "it used " + megabytes(memory + 999'999) +
                    " of memory, more than supervision.memory_limit = " + megabytes(options_.memory_limit) + " allows";
   events.push_back(event(process, ProcessEvent::Kind::kTooLarge));
   events.back().reason = *process.killed;
