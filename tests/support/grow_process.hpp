@@ -45,8 +45,8 @@ namespace hecaton::test {
         user_regs_struct after{};
         grown = ptrace(PTRACE_SETREGS, pid, nullptr, &call) == 0 &&
                 ptrace(PTRACE_SINGLESTEP, pid, nullptr, nullptr) == 0 && waitpid(pid, &status, __WALL) == pid &&
-                WIFSTOPPED(status) && ptrace(PTRACE_GETREGS, pid, nullptr, &after) == 0 &&
-                static_cast<long long>(after.rax) > 0;
+                WIFSTOPPED(status) && ptrace(PTRACE_GETREGS, pid, nullptr, &after) == 0 && after.rip == before.rip &&
+                after.rax != 0 && after.rax % 4096 == 0;
         if (WIFSTOPPED(status)) ptrace(PTRACE_SETREGS, pid, nullptr, &before);
       }
     }

@@ -1,6 +1,7 @@
 // A planner uses more memory than the cell file allows, while its arm and another one move.
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -62,7 +63,7 @@ TEST(MemoryLimit, ArmOfThePlannerStopsByItsOwnProfile) {
     const msg::ArmState state = arm_of(status, "left").state();
     return state.mode() == msg::ArmMode::ARM_STOPPED && open_faults(status, "process_died", "planner/left") == 1;
   });
-  const msg::ArmState& left = arm_of(stopped, "left").state();
+  const msg::ArmState left = arm_of(stopped, "left").state();
   EXPECT_TRUE(std::all_of(left.qd().begin(), left.qd().end(), [](double speed) { return std::abs(speed) < 1e-3; }));
   EXPECT_LT(left.q().at(0), 2.49) << "it stopped on its way";
   EXPECT_EQ(arm_of(stopped, "right").state().mode(), msg::ArmMode::ARM_RUNNING);
