@@ -81,6 +81,7 @@ ProcessManagerOptions process_manager_options(const config::CellFile& file, cons
   ProcessManagerOptions options{
       agent.programs, agent.logs, {}, file.supervision.watchdog, kStartTimeFactor * file.supervision.watchdog};
   options.exit_notifiers = true;
+  options.memory_limit = file.supervision.memory_limit;
   if (!agent.restart) {
     options.restart.attempts = 0;
     options.watchdog = std::chrono::nanoseconds(0);
@@ -179,6 +180,10 @@ void Agent::publish(const ProcessEvent& event) {
     log_error("service hangs and is killed", {{"service", service.name}, {"reason", event.reason}});
     return;
   }
+  if (event.kind == ProcessEvent::Kind::kTooLarge) {
+    log_error("service uses too much memory and is killed", {{"service", service.name}, {"reason", event.reason}});
+    return;
+  }
   if (event.kind == ProcessEvent::Kind::kNotStarted || event.kind == ProcessEvent::Kind::kGivenUp) {
     log_error("service does not run", {{"service", service.name}, {"reason", event.reason}});
     return;
@@ -197,8 +202,9 @@ void Agent::publish(const ProcessEvent& event) {
   message.restarts(event.restarts);
   message.sequence_number(++sequence_);
   message.stamp_ns(stamp_now());
-  if (exited && event.hung) {
-    message.cause(make_cause(msg::CauseKind::CAUSE_NODE_SILENT, service.node, event.reason));
+  if (exited && !event.reason.empty()) {
+    const auto kind = event.hung ? msg::CauseKind::CAUSE_NODE_SILENT : msg::CauseKind::CAUSE_PROCESS_DIED;
+    message.cause(make_cause(kind, service.node, event.reason));
   }
   static_cast<void>(events_.write(message));  // the bus logs a refusal
   if (!exited) {

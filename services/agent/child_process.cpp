@@ -226,6 +226,14 @@ std::optional<int> ChildProcess::poll_start() {
   return start_error_;
 }
 
+std::uint64_t ChildProcess::memory() const {
+  std::ifstream statm("/proc/" + std::to_string(pid_) + "/statm");
+  std::uint64_t size = 0;
+  std::uint64_t resident = 0;
+  statm >> size >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
 bool ChildProcess::take_heartbeats() {
   bool taken = false;
   char bytes[64];

@@ -2,6 +2,7 @@
 /// A child process of the agent: started with a clean environment, ended with the agent, its exit noticed by a
 /// descriptor.
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -52,6 +53,8 @@ class ChildProcess {
   [[nodiscard]] std::optional<int> poll_start();
   /// Does nothing after the end of the child was polled.
   void signal(int number) const;
+  /// Resident memory [byte]; 0: it has ended.
+  [[nodiscard]] std::uint64_t memory() const;
   /// Takes the heartbeats since the last call. Returns true when there were any.
   [[nodiscard]] bool take_heartbeats();
   /// How the child is about to end, returned once, as soon as the kernel has begun to end it. Its last thread and its

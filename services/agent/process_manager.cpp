@@ -10,6 +10,12 @@ namespace {
 
 /// Checks of heartbeats within the time that a loop may be silent.
 constexpr int kChecks = 20;
+/// Between checks of memory. A process cannot fill a machine within it.
+constexpr std::chrono::milliseconds kMemoryPeriod{100};
+
+std::string megabytes(std::uint64_t bytes) {
+  return std::to_string(bytes / 1'000'000) + " MB";
+}
 
 /// Predicate of a sentence whose subject is the service.
 std::string given_up_text(const RestartLimits& limits, unsigned retries) {
@@ -35,19 +41,22 @@ ProcessManager::ProcessManager(std::vector<PlannedService> services, ProcessMana
 std::vector<ProcessEvent> ProcessManager::turn(Clock::time_point now) {
   Events events;
   const bool checks = options_.watchdog.count() > 0 && !ending_ && now - checked_ >= options_.watchdog / kChecks;
+  const bool weighs = options_.memory_limit > 0 && !ending_ && now - memory_checked_ >= kMemoryPeriod;
   for (Process& process : processes_) {
     check_start(process, now, events);
     check_exit(process, now, events);
     if (process.start_at && *process.start_at <= now) start(process, now, events);
     if (checks) check_heartbeats(process, now, events);
+    if (weighs) check_memory(process, events);
     reset_retries(process, now);
   }
   if (checks) checked_ = now;
+  if (weighs) memory_checked_ = now;
   return events;
 }
 
 void ProcessManager::check_heartbeats(Process& process, Clock::time_point now, Events& events) {
-  if (!process.child || process.exit_reported || process.hung) return;
+  if (!process.child || process.exit_reported || process.killed) return;
   const bool was_away = now - checked_ >= 2 * options_.watchdog / kChecks;  // this process was stopped
   const bool has_heartbeat = process.child->take_heartbeats();
   if (has_heartbeat && !process.first_heartbeat) process.first_heartbeat = now;
@@ -55,10 +64,23 @@ void ProcessManager::check_heartbeats(Process& process, Clock::time_point now, E
   const auto limit = process.first_heartbeat ? options_.watchdog : options_.start_limit;
   if (limit.count() == 0 || now - process.silent_since < limit) return;
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - process.silent_since);
-  process.hung = (process.first_heartbeat ? "its loop was silent for " : "its loop did not begin within ") +
-                 std::to_string(silence.count()) + " ms";
+  process.hung = true;
+  process.killed = (process.first_heartbeat ? "its loop was silent for " : "its loop did not begin within ") +
+                   std::to_string(silence.count()) + " ms";
   events.push_back(event(process, ProcessEvent::Kind::kHung));
-  events.back().reason = *process.hung;
+  events.back().reason = *process.killed;
+  process.child->signal(SIGKILL);
+}
+
+void ProcessManager::check_memory(Process& process, Events& events) const {
+  if (!process.child || process.starting || process.exit_reported || process.killed) return;
+  const std::uint64_t memory = process.child->memory();
+  if (memory <= options_.memory_limit) return;
+  // Rounded up, so that it is above the limit in the sentence, too.
+  process.killed = "it used " + megabytes(memory + 999'999) +
+                   " of memory, more than supervision.memory_limit = " + megabytes(options_.memory_limit) + " allows";
+  events.push_back(event(process, ProcessEvent::Kind::kTooLarge));
+  events.back().reason = *process.killed;
   process.child->signal(SIGKILL);
 }
 
@@ -79,7 +101,8 @@ void ProcessManager::start(Process& process, Clock::time_point now, Events& even
   process.started = now;
   process.first_heartbeat.reset();
   process.silent_since = now;
-  process.hung.reset();
+  process.killed.reset();
+  process.hung = false;
   process.exit_reported = false;
   if (process.given_up) ++process.retries;
   ChildCommand command{options_.programs / process.service.program, process.service.arguments, {}};
@@ -133,9 +156,9 @@ void ProcessManager::report_exit(Process& process, const ChildEnd& end, Events& 
   process.exit_reported = true;
   events.push_back(event(process, ProcessEvent::Kind::kExited));
   events.back().end = end;
-  if (!process.hung || end.signal_number != SIGKILL) return;  // it ended by itself
-  events.back().hung = true;
-  events.back().reason = *process.hung;
+  if (!process.killed || end.signal_number != SIGKILL) return;  // it ended by itself
+  events.back().hung = process.hung;
+  events.back().reason = *process.killed;
 }
 
 void ProcessManager::plan_restart(Process& process, Clock::time_point now, Events& events) {

@@ -55,11 +55,13 @@ struct ProcessManagerOptions {
   std::chrono::nanoseconds watchdog{0};
   /// A process without a first heartbeat within this is killed, with an uptime of 0; 0: no limit.
   std::chrono::nanoseconds start_limit{0};
+  /// A process that uses more memory is killed [byte]; 0: no limit. Other processes keep theirs.
+  std::uint64_t memory_limit = 0;
   bool exit_notifiers = false;  ///< processes get an exit notifier (services/runtime/run_service.hpp)
 };
 
 struct ProcessEvent {
-  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp, kHung };
+  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp, kHung, kTooLarge };
   Kind kind{};
   const PlannedService* service = nullptr;
   pid_t pid = 0;
@@ -67,7 +69,7 @@ struct ProcessEvent {
   bool wanted = false;    ///< kExited: the process was ordered to end
   unsigned restarts = 0;  ///< so far
   bool hung = false;      ///< kExited: the manager killed it because its loop hung
-  std::string reason;     ///< of kNotStarted, kGivenUp, kHung, and of kExited when it hung
+  std::string reason;     ///< of kNotStarted, kGivenUp, kHung, kTooLarge, and of kExited after these two
 };
 
 /// One thread: children end with the thread that started them.
@@ -77,8 +79,8 @@ class ProcessManager {
 
   ProcessManager(std::vector<PlannedService> services, ProcessManagerOptions options);
 
-  /// Starts processes that are due, reports exits, kills hanging processes. An exit is reported as soon as it is
-  /// certain; the restart waits until the process is gone.
+  /// Starts processes that are due, reports exits, kills processes that hang or use too much memory. An exit is
+  /// reported as soon as it is certain; the restart waits until the process is gone.
   [[nodiscard]] std::vector<ProcessEvent> turn(Clock::time_point now);
   /// Sends SIGTERM to all processes. There are no restarts any more.
   void terminate_all();
@@ -103,9 +105,10 @@ class ProcessManager {
     std::optional<Clock::time_point> start_at{};
     Clock::time_point started{};
     std::optional<Clock::time_point> first_heartbeat{};
-    Clock::time_point silent_since{};   // last heartbeat, start, or end of an absence of this process
-    std::optional<std::string> hung{};  // why the manager killed it; empty: it did not
-    bool starting = false;              // its program is being loaded
+    Clock::time_point silent_since{};     // last heartbeat, start, or end of an absence of this process
+    std::optional<std::string> killed{};  // why the manager did; empty: it did not
+    bool hung = false;                    // that was the reason
+    bool starting = false;                // its program is being loaded
     bool exit_reported = false;
     unsigned starts = 0;
     bool given_up = false;
@@ -119,6 +122,7 @@ class ProcessManager {
   void check_exit(Process& process, Clock::time_point now, Events& events);
   void report_exit(Process& process, const ChildEnd& end, Events& events) const;
   void check_heartbeats(Process& process, Clock::time_point now, Events& events);
+  void check_memory(Process& process, Events& events) const;
   void plan_restart(Process& process, Clock::time_point now, Events& events);
   void reset_retries(Process& process, Clock::time_point now) const;
   [[nodiscard]] std::chrono::nanoseconds uptime(const Process& process, Clock::time_point now) const;
@@ -127,7 +131,8 @@ class ProcessManager {
   ProcessManagerOptions options_;
   Reaper reaper_;
   std::vector<Process> processes_;
-  Clock::time_point checked_{};  // heartbeats, last
+  Clock::time_point checked_{};         // heartbeats, last
+  Clock::time_point memory_checked_{};  // last
   bool ending_ = false;
 };
 

@@ -141,20 +141,39 @@ std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point
   return kLeap + static_cast<std::int64_t>(2.0 * rate * Seconds(silence).count());
 }
 
-bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now) {
+bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now,
+                            std::optional<std::int64_t> passed) {
   const std::scoped_lock lock(mutex_);
   const auto known = writers_.find(writer);
   if (known == writers_.end()) {
     if (number > kFirst) return false;
-    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, number, now, now});
+    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, number, now, now, passed});
     return true;
   }
   Writer& entry = known->second;
   const bool settles = now - entry.since <= kSettling && number <= kFirst;
   if (number > entry.last + longest_leap(entry, now) && !settles) return false;
+  if (entry.passed) {
+    if (number - std::max(*entry.passed, passed.value_or(0)) > kMostListed) return false;
+    // The reader receives a stream as it comes: it does not fall behind because a key is never written again.
+    const std::int64_t step = number - entry.last;
+    if (step > 0 && step <= kLeap) *entry.passed += step;
+  }
+  if (passed) entry.passed = std::max(entry.passed.value_or(0), *passed);
   entry.last = std::max(entry.last, number);
   entry.heard = std::max(entry.heard, now);
   return true;
+}
+
+bool DatagramCheck::lists_too_many(const Guid& writer, std::int64_t first, std::int64_t last) {
+  const std::scoped_lock lock(mutex_);
+  std::int64_t passed = first - 1;
+  const auto known = writers_.find(writer);
+  if (known != writers_.end()) {
+    last = std::max(last, known->second.last);
+    passed = std::max(passed, known->second.passed.value_or(0));
+  }
+  return last - passed > kMostListed;
 }
 
 std::int64_t DatagramCheck::last_of(const Guid& writer) {
@@ -351,12 +370,14 @@ std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessa
     case submessage::kHeartbeat: {
       if (!endpoints() || !reader.number(first) || !reader.number(last)) return "a heartbeat is cut off";
       if (first < 1 || last < first - 1 || last > kLargestNumber) return "the range of a heartbeat is out of range";
-      return unless(follows(writer, std::max(first, last), now), "the range of a heartbeat leaps");
+      if (lists_too_many(writer, first, last)) return "a heartbeat lists more than 1048576 samples";
+      return unless(follows(writer, std::max(first, last), now, first - 1), "the range of a heartbeat leaps");
     }
     case submessage::kGap: {
       if (!endpoints() || !reader.number(first) || !reader.number(last) || !reader.bitmap()) return "a gap is cut off";
       if (first < 1 || last < first || last > kLargestNumber) return "the range of a gap is out of range";
       if (last - std::max(first, last_of(writer) + 1) > kMostSkipped) return "a gap skips more than 131072 samples";
+      if (lists_too_many(writer, first, last)) return "a gap begins more than 1048576 samples before the last one";
       return unless(follows(writer, last, now), "the range of a gap leaps");
     }
     case submessage::kAckNack: {

@@ -1,11 +1,11 @@
 #pragma once
 /// Recognises RTPS datagrams that would harm the middleware. Private to services/bus; standard library only.
 ///
-/// Fast DDS 2.9.1 handles each number of a range on its own: a GAP over 2·10⁹ samples, or a HEARTBEAT whose first
-/// sample is 2⁶², takes a receiving thread for seconds or for ever, in a datagram of 52 bytes. It takes memory for the
-/// size that the first fragment of a sample announces. A sequence number that leaps makes a reader ignore all later
-/// samples of that writer. It takes what discovery says of a participant or endpoint from any sender. So the transport
-/// checks senders, ranges, sizes and leaps before the middleware sees a datagram.
+/// Fast DDS 2.9.1 handles each number of a range on its own. A datagram of 52 bytes takes a receiving thread for
+/// seconds or for ever: with a GAP over 2·10⁹ samples, or a HEARTBEAT that lists 2³² of them or begins with 2⁶². Fast
+/// DDS takes memory for the size that the first fragment of a sample announces. A sequence number that leaps makes a
+/// reader ignore all later samples of that writer. It takes what discovery says of a participant or endpoint from any
+/// sender. So the transport checks senders, ranges, sizes and leaps before the middleware sees a datagram.
 
 #include <array>
 #include <cstdint>
@@ -40,6 +40,10 @@ class DatagramCheck {
   static constexpr std::chrono::seconds kSettling{2};
   /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.
   static constexpr std::int64_t kFirst = std::int64_t{1} << 32;
+  /// Most samples that a reader may look for: those between the first one that the writer still has, or that has
+  /// followed in its stream, and the last one. A late joiner looks for the last sample of each key: the oldest key may
+  /// be that many samples behind. Fast DDS takes 10 ms for so many.
+  static constexpr std::int64_t kMostListed = std::int64_t{1} << 20;
   /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
   static constexpr std::size_t kWriters = 8192;
@@ -76,13 +80,18 @@ class DatagramCheck {
     std::int64_t last = 0;
     Clock::time_point since;
     Clock::time_point heard;
+    /// A reader looks for no sample up to this one; nothing: no HEARTBEAT has told it yet.
+    std::optional<std::int64_t> passed{};
   };
   /// The greatest number of this writer so far; 0: it is new.
   [[nodiscard]] std::int64_t last_of(const Guid& writer);
   /// By how much the writer's next number may exceed its last one.
   [[nodiscard]] static std::int64_t longest_leap(const Writer& writer, Clock::time_point now);
-  /// False when `number` leaps.
-  [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now);
+  /// False when `number` leaps. `passed`: of a HEARTBEAT, the number before its first one.
+  [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now,
+                             std::optional<std::int64_t> passed = std::nullopt);
+  /// True when a reader would look for more than kMostListed samples after a HEARTBEAT or GAP of this range.
+  [[nodiscard]] bool lists_too_many(const Guid& writer, std::int64_t first, std::int64_t last);
 
   class Reader;
   struct Sender {

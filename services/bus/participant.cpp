@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "services/bus/participant_impl.hpp"
+#include "services/bus/permission_log.hpp"
 #include "services/bus/qos.hpp"
 
 namespace hecaton::bus {
@@ -177,6 +178,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
   use_network_inside_process();
   auto qos = participant_qos(name, options);
   filter_ = add_transports(qos, domain, options);
+  if (secured_) note_refused_permissions(std::shared_ptr<RefusalLog>(filter_, &filter_->refusals));
   // After a stall, peers are found with their next announcements. A peer that is not found by then is gone.
   rediscovery_ = quarantine(options.lease) + options.lease / 2;
   const auto identity = identities().take();

@@ -102,6 +102,8 @@ struct Supervision {
   /// The agent restarts a process whose loop has sent no heartbeat for this time (six times that before the first one);
   /// 0: never.
   std::chrono::nanoseconds watchdog = std::chrono::seconds(10);
+  /// The agent restarts a process that uses more memory [byte]; 0: never. Services of three arms use 45 to 55 MB.
+  std::uint64_t memory_limit = 1'000'000'000;
   /// Kinds of faults whose hold lasts until a person resumes the arms. The hold of other kinds ends with the fault.
   std::set<std::string, std::less<>> waits_for_resume = {"contact",         "device_not_ready", "remote_control_off",
                                                          "program_stopped", "safeguard_stop",   "protective_stop",

@@ -128,6 +128,17 @@ void read_watchdog(const MapView& map, Supervision& supervision) {
   supervision.watchdog = std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
+void read_memory_limit(const MapView& map, Supervision& supervision) {
+  const auto view = map.find("memory_limit");
+  if (!view) return;
+  const std::string text = view->text();
+  const auto bytes = text == "0" ? 0.0 : parse_size(text);
+  if (!bytes || (*bytes != 0.0 && !(*bytes >= 2e8 && *bytes <= 1e13))) {
+    view->fail("0 or a number with its unit (" + std::string(kSizeUnits) + ") from 200MB to 10000GB, such as 1GB");
+  }
+  supervision.memory_limit = static_cast<std::uint64_t>(*bytes);
+}
+
 void read_discovery(const MapView& map, Network& network) {
   if (const auto peers = map.find("peers")) {
     for (const YamlView& peer : peers->items(0, kMostHosts, "addresses")) network.peers.push_back(read_ipv4(peer));
@@ -225,6 +236,7 @@ Supervision read_supervision(const MapView& root, const std::vector<Host>& hosts
   read_time_limit(map, "host_lease", supervision.host_lease);
   read_time_limit(map, "failover_timeout", supervision.failover_timeout);
   read_watchdog(map, supervision);
+  read_memory_limit(map, supervision);
   read_recovery(map, supervision);
   if (supervision.heartbeat_deadline % std::chrono::milliseconds(1) != std::chrono::nanoseconds(0)) {
     map.at("heartbeat_deadline").fail("a whole number of milliseconds, because DDS deadlines are");

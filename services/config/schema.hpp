@@ -34,7 +34,7 @@ inline const Section kHosts{"hosts", {}, true};
 inline const Section kWorld{"world", {"host", "floor_z", "gravity"}};
 inline const Section kSupervision{"supervision",
                                   {"host", "standby_host", "heartbeat_period", "heartbeat_deadline", "host_lease",
-                                   "failover_timeout", "watchdog", "recovery"}};
+                                   "failover_timeout", "watchdog", "memory_limit", "recovery"}};
 inline const Section kRecovery{
     "supervision.recovery",
     {"driver_silent", "world_silent", "node_missing", "node_silent", "process_died", "node_failed", "host_lost",

@@ -46,6 +46,14 @@ def grid_cell(folder, arms, more=""):
     return cell
 
 
+def with_keys(programs, cell):
+    """Appends to the cell file the keys of a new keystore beside it, with the host localhost."""
+    keystore = cell.with_suffix(".keys")
+    for words in ["create", keystore], ["add", keystore, "localhost"]:
+        subprocess.run([programs / "hecaton", "keystore", *words], check=True, stdout=subprocess.DEVNULL)
+    cell.write_text(cell.read_text() + f"security: {{keystore: {keystore}}}\n")
+
+
 @contextlib.contextmanager
 def running(log, *command, **options):
     """A process that ends with the block. Its errors go to `log`."""

@@ -1,15 +1,18 @@
-/// The processor time that keys cost: to find each other, and for each state of an arm that four others read.
+/// What keys cost: processor time to find each other, and for each state of an arm that four others read; its latency,
+/// from write() to the moment when a reader's thread has it.
 ///
 /// usage: keys-cost DOMAIN [KEYSTORE]
 ///
 /// KEYSTORE has the host localhost. Without it the participants are open.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <deque>
 #include <thread>
+#include <vector>
 
 #include <idl/arm.h>
 
@@ -57,17 +60,29 @@ int run(int domain, const std::filesystem::path& keystore) {
   state.q(std::vector<double>(6, 0.5));
   state.qd(std::vector<double>(6, 0.5));
   double writing = 0;
+  std::vector<bus::Clock::time_point> written;
+  std::vector<double> latencies;  // [µs]
   auto next = bus::Clock::now();
   for (int i = 0; i < kSamples; ++i) {
     std::this_thread::sleep_until(next += kPeriod);
+    state.sequence_number(static_cast<std::uint64_t>(i));
     const double before = processor_seconds(CLOCK_THREAD_CPUTIME_ID);
+    written.push_back(bus::Clock::now());
     static_cast<void>(states.write(state));
     writing += processor_seconds(CLOCK_THREAD_CPUTIME_ID) - before;
-    for (auto& reader : readers) static_cast<void>(reader.take());
+    for (auto& reader : readers) {
+      for (const auto& sample : reader.take()) {
+        const auto latency = sample.received - written.at(sample.value.sequence_number());
+        latencies.push_back(std::chrono::duration<double, std::micro>(latency).count());
+      }
+    }
   }
   const double all = processor_seconds(CLOCK_PROCESS_CPUTIME_ID) - started;
   std::printf("start of %d participants %.0f ms; a state: writer %.0f us, each reader %.0f us\n", kReaders + 1,
               1e3 * (started - begin), 1e6 * writing / kSamples, 1e6 * (all - writing) / kSamples / kReaders);
+  std::sort(latencies.begin(), latencies.end());
+  std::printf("latency of %zu states: p50 %.0f us, p99 %.0f us\n", latencies.size(), latencies.at(latencies.size() / 2),
+              latencies.at(latencies.size() * 99 / 100));
   return 0;
 }
 

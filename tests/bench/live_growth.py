@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Live cells of N arms on a grid, all processes on this machine: start, cost of each kind of process, messages, goals, and a fault.
 
-usage: live_growth.py BIN [--arms 3,10,30] [--clock 1,0.3,0.1] [--tasks 30] [--seconds 20]
+usage: live_growth.py BIN [--arms 3,10,30] [--clock 1,0.3,0.1] [--tasks 30] [--seconds 20] [--keys]
 
-BIN is the folder of Hecaton's programs. --clock: for each N the share of the usual speed (deploy/cells/grid_cell.py). The arms
+BIN is the folder of Hecaton's programs. --keys: the cells have keys. --clock: for each N the share of the usual speed (deploy/cells/grid_cell.py). The arms
 move to random goals, and the script measures for --seconds. Then it kills a planner and a driver, and waits until the cell names
 both and runs again. It starts itself in a network namespace (`unshare -rn`), whose datagrams the kernel counts. Columns:
   start                until all arms may move
@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 
-from cell_cost import ROOT, processor_seconds, resident_megabytes
+from cell_cost import ROOT, processor_seconds, resident_megabytes, with_keys
 
 INSIDE = "HECATON_LIVE_GROWTH_INSIDE"
 START = 600.0  # [s]
@@ -91,10 +91,13 @@ def kill_and_wait(programs, cell, arms, up):
     return wait_until(named, up) + wait_until(lambda: runs(programs, cell, arms), up)
 
 
-def measure(programs, arms, clock, tasks, seconds, folder):
+def measure(programs, arms, clock, options, folder):
+    tasks, seconds = options.tasks, options.seconds
     cell = folder / f"grid{arms}.yaml"
     subprocess.run([sys.executable, ROOT / "deploy/cells/grid_cell.py", str(arms), "--clock", str(clock), "--interface", "127.0.0.1",
                     "-o", cell], check=True)
+    if options.keys:
+        with_keys(programs, cell)
     report = folder / f"{arms}.json"
     with open(folder / f"{arms}.log", "w") as log:
         up = subprocess.Popen([programs / "hecaton", "up", cell, "--headless", "--tasks", str(tasks), "--report", report,
@@ -137,14 +140,14 @@ def main():
     parser.add_argument("--clock", default="1,0.3,0.1")
     parser.add_argument("--tasks", type=int, default=30)
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--keys", action="store_true")
     options = parser.parse_args()
     clocks = [float(clock) for clock in options.clock.split(",")]
     print(f"{'arms':>5} {'clock':>6} {'start':>9} " + " ".join(f"{kind + ' %':>14}" for kind in KINDS.values())
           + f" {'datagrams':>10} {'each arm':>8} {'memory':>9} {'recovery':>8}  goals", flush=True)
     with tempfile.TemporaryDirectory(prefix="hecaton_growth_") as name:
         for i, arms in enumerate(map(int, options.arms.split(","))):
-            measure(options.programs.resolve(), arms, clocks[min(i, len(clocks) - 1)], options.tasks, options.seconds,
-                    pathlib.Path(name))
+            measure(options.programs.resolve(), arms, clocks[min(i, len(clocks) - 1)], options, pathlib.Path(name))
 
 
 if __name__ == "__main__":

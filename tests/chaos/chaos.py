@@ -559,6 +559,8 @@ def written(report, summary, output):
 def work(hosts, hecaton, setting, options, ends):
     """Returns the exit code."""
     logs = options.logs or pathlib.Path(tempfile.mkdtemp(prefix="hecaton-chaos-"))
+    if options.keys:
+        setting.lock(hecaton, logs.absolute())
     cell_file = logs / COPY
     cell_file.write_text(cell_document.write(setting.document), encoding="utf-8")
     plan = check(hecaton, cell_file)

@@ -80,6 +80,8 @@ def add_choices(parser):
     parser.add_argument("--timeout-scale", type=whole_number("--timeout-scale", 1), default=1, metavar="N",
                         help="factor of the cell's time-outs (1), for machines that stall")
     parser.add_argument("--no-standbys", action="store_true", help="without standbys, also without those of the cell file")
+    parser.add_argument("--keys", action="store_true",
+                        help="with keys: a new keystore in the folder of the logs has identities of all hosts")
 
 
 def parse(words, description):

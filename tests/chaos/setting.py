@@ -19,6 +19,7 @@ from poses import two_poses
 PROGRAMS = ("hecaton", *(f"hecaton-{name}" for name in ("agent", "planner", "arm-driver", "world", "supervisor")),
             "libhost_clock.so")
 COPY = "chaos-cell.yaml"  # in the folder of the logs
+KEYSTORE = "keys"  # the same
 
 
 class Setting:
@@ -63,6 +64,8 @@ class Setting:
         written = [("--report", options.report)] if options.report else []
         if options.logs:
             make_folder("--logs", options.logs)
+            if options.keys and (options.logs / KEYSTORE).exists():
+                raise BadInput(f"--logs = '{options.logs}' must not have a keystore ({KEYSTORE}) yet, because of --keys")
             logs = [("--logs", options.logs / name) for name in (COPY, *(f"{host}.log" for host in self.document["hosts"]))]
             for _, log in logs:
                 if options.report and is_same(log, options.report):
@@ -72,11 +75,21 @@ class Setting:
             if is_same(file, options.cell):
                 raise BadInput(f"{option} = '{getattr(options, option[2:])}' must not overwrite the cell file {options.cell}")
 
+    def lock(self, hecaton, folder):
+        """Gives the copy keys: a new keystore in `folder`, with the identities of all hosts."""
+        keystore = folder / KEYSTORE
+        for words in ["create", keystore], *(["add", keystore, host] for host in self.document["hosts"]):
+            made = subprocess.run([hecaton, "keystore", *words], capture_output=True, encoding="utf-8", errors="replace")
+            if made.returncode:
+                raise BadInput(made.stderr.strip().removeprefix("hecaton: "))
+        cell_copy.section(self.document, "security")["keystore"] = cell_document.Quoted(keystore)
+
     def text(self):
         """The important differences of the copy from the cell file."""
         hosts = ", ".join(f"{name} {address}" for name, address in self.document["hosts"].items())
         spread = f"the cell is spread over hosts, because {self.why_spread}: {hosts}\n" if self.why_spread else ""
-        return spread + f"time-outs: process {self.limits.silence:g} s, host {self.limits.lease:g} s"
+        keys = f"the cell has keys: {self.document['security']['keystore']}\n" if self.document.get("security") else ""
+        return spread + keys + f"time-outs: process {self.limits.silence:g} s, host {self.limits.lease:g} s"
 
 
 def folder_of(file):

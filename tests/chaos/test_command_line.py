@@ -113,6 +113,10 @@ class CellFileTest(Asking):
         for name in "north-pc.log", "chaos-cell.yaml":
             self.assert_bad_input("--report = .* must not be a file in --logs", self.write(), "--logs", logs, "--report", logs / name)
 
+    def test_keystore_of_another_run_is_not_touched(self):
+        (self.folder / "keys").mkdir()
+        self.assert_bad_input("--logs = .* must not have a keystore", CELL, "--keys", "--logs", self.folder)
+
     def test_cell_file_must_be_text(self):
         cell = self.write()
         cell.write_bytes("# größer\n".encode("latin-1") + cell.read_bytes())

@@ -2,7 +2,10 @@
 /// A program that may not be here: a participant of its own in the domain of a cell, and raw datagrams. It knows what
 /// discovery tells each participant.
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -72,6 +75,14 @@ class RawWriter {
     writer_ = publisher->create_datawriter(topic, writer_qos);
   }
 
+  /// The bytes of its GUID.
+  [[nodiscard]] std::array<std::uint8_t, 16> guid() const {
+    const bus::rtps::GUID_t& guid = writer_->guid();
+    std::array<std::uint8_t, 16> bytes{};
+    std::copy_n(guid.guidPrefix.value, 12, bytes.begin());
+    std::copy_n(guid.entityId.value, 4, bytes.begin() + 12);
+    return bytes;
+  }
   /// With the encapsulation, or whatever the receiver shall take for it.
   void write(std::string bytes) { writer_->write(&bytes); }
   [[nodiscard]] bool matched() const {

@@ -222,6 +222,57 @@ TEST(Incompatible, WriterIsReportedWithItsPolicy) {
   EXPECT_EQ(reader.matched(), 0);
 }
 
+// The reader would look for 2³² samples, which takes its participant a minute.
+TEST(AnnouncedWriter, DoesNotHangItsReaderByHeartbeats) {
+  const FreeDomain domain;
+  bus::ParticipantOptions options;
+  options.interfaces = {"127.0.0.1"};
+  bus::Participant participant(domain.number(), "reader", options);
+  bus::Reader<msg::ArmCommand> reader(participant);
+  RawParticipant raw(domain.number());
+  const RawWriter announced(raw, "*", "ArmCommand");
+  RtpsDatagram::Prefix prefix{};
+  const auto guid = announced.guid();
+  std::copy_n(guid.begin(), prefix.size(), prefix.begin());
+  std::uint32_t entity = 0;
+  for (std::size_t i = prefix.size(); i < guid.size(); ++i) entity = entity << 8U | guid[i];
+  const DatagramSender sender(domain.number());
+  const auto end = bus::Clock::now() + kLimit;
+  while (reader.matched() == 0 && bus::Clock::now() < end) {
+    sender.send(RtpsDatagram(prefix).acknowledgement(1, 0).bytes());  // its socket belongs to the participant, too
+    static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+  }
+  ASSERT_EQ(reader.matched(), 1);
+
+  const auto claims = [&](std::int64_t last, std::uint32_t count) {
+    sender.send(RtpsDatagram(prefix).writer(entity).heartbeat(1, last, count).bytes());
+  };
+  const std::string why = "a heartbeat lists more than 1048576 samples";
+  const auto is_named = [&] {
+    const auto refused = participant.refused(kLimit, 8);
+    return std::any_of(refused.begin(), refused.end(), [&](const bus::Refused& one) { return one.text == why; });
+  };
+  std::uint32_t count = 1000;
+  while (!is_named() && bus::Clock::now() < end) {
+    claims(std::int64_t{1} << 32, ++count);
+    static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+  }
+  EXPECT_TRUE(is_named());
+  claims(std::int64_t{1} << 20, ++count);  // the most that is accepted
+
+  bus::Participant peer(domain.number(), "planner", options);
+  bus::Writer<msg::ArmCommand> commands(peer);
+  msg::ArmCommand command;
+  command.arm("arm1");
+  bool received = false;
+  while (!received && bus::Clock::now() < end) {
+    static_cast<void>(commands.write(command));
+    static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+    for (const auto& sample : reader.take()) received = received || sample.writer == commands.id();
+  }
+  EXPECT_TRUE(received);
+}
+
 TEST_F(IntruderCell, DoesNotHangAProcessByDatagrams) {
   const DatagramSender sender(domain_.number());
   const auto guid = states_.latest("arm1")->writer;  // of the driver

@@ -213,7 +213,7 @@ TEST_F(Forgery, RefusesAParticipantWithPermissionsOfItsOwn) {
   bus::Writer<msg::ArmCommand> writer(planner, {.key = "north"});
   msg::ArmCommand command;
   command.arm("north");
-  // Fast DDS reports no refusal of permissions: the forger has as long as the planner needed, and three seconds.
+  // The forger has as long as the planner needed, and three seconds.
   const auto until = bus::Clock::now() + kPatience;
   auto end = until;
   while (bus::Clock::now() < end) {
@@ -226,6 +226,12 @@ TEST_F(Forgery, RefusesAParticipantWithPermissionsOfItsOwn) {
   EXPECT_TRUE(commands.latest("north")->writer == writer.id());
   EXPECT_EQ(forged.matched(), 0);
   EXPECT_EQ(commands.matched(), 1);
+  const auto all = driver.refused(kPatience, 8);
+  const auto named = std::find_if(all.begin(), all.end(), [&](const bus::Refused& one) {
+    return one.sender.same_participant(forged.id()) && one.text.find("its permissions are not valid") == 0;
+  });
+  ASSERT_NE(named, all.end());
+  EXPECT_EQ(named->node, "planner/north");
 }
 
 }  // namespace

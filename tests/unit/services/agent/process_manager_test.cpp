@@ -117,6 +117,29 @@ TEST_F(ProcessManagerTest, KillsAndRestartsAHangingProcess) {
   EXPECT_EQ(events_[2].reason, events_[1].reason) << "the exit has the same reason";
 }
 
+// tail keeps all that it reads of a file without lines.
+TEST_F(ProcessManagerTest, KillsAndRestartsAProcessThatUsesTooMuchMemory) {
+  ProcessManagerOptions weighing = options(3);
+  weighing.memory_limit = 50'000'000;
+  ProcessManager manager({service("a", "tail", {"/dev/zero"}), service("b", "sleep", {"600"})}, weighing);
+  const auto of_a = [&](Kind kind) {
+    return std::find_if(events_.begin(), events_.end(),
+                        [&](const auto& one) { return one.service->name == "a" && one.kind == kind; });
+  };
+  turn_until(manager, Kind::kStarted, 3);
+  ASSERT_NE(of_a(Kind::kTooLarge), events_.end());
+  const std::string& reason = of_a(Kind::kTooLarge)->reason;
+  EXPECT_NE(reason.find("more than supervision.memory_limit = 50 MB"), std::string::npos) << reason;
+  const auto exit = of_a(Kind::kExited);
+  ASSERT_NE(exit, events_.end());
+  EXPECT_EQ(exit->end.signal_number, SIGKILL);
+  EXPECT_EQ(exit->reason, reason);
+  EXPECT_FALSE(exit->hung);
+  EXPECT_TRUE(std::none_of(events_.begin(), events_.end(), [](const auto& one) {
+    return one.service->name == "b" && one.kind != Kind::kStarted;
+  })) << "it dies alone";
+}
+
 // A start may take longer than the watchdog, for example because of large meshes.
 TEST_F(ProcessManagerTest, AppliesTheStartLimitBeforeTheFirstHeartbeat) {
   ProcessManagerOptions watching = options(3);

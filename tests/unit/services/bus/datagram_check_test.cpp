@@ -101,6 +101,41 @@ TEST_F(DatagramCheckTest, AcceptsWhatAnotherThreadReceivedEarlier) {
   EXPECT_TRUE(refused(RtpsDatagram().data(2 + DatagramCheck::kLeap + 200)));
 }
 
+// A reader looks for each sample that a writer lists: for 2³² of them it takes a minute.
+TEST_F(DatagramCheckTest, RefusesHeartbeatsThatListTooManySamples) {
+  constexpr std::int64_t kMost = DatagramCheck::kMostListed;
+  constexpr std::int64_t kFirst = DatagramCheck::kFirst;
+  const auto of = [](std::uint32_t writer) { return RtpsDatagram().writer(writer); };
+  EXPECT_TRUE(refused(of(0x102).heartbeat(1, kFirst))) << "the first one of a writer";
+  EXPECT_TRUE(refused(of(0x102).heartbeat(1, kMost + 1)));
+  EXPECT_FALSE(refused(of(0x102).heartbeat(1, kMost)));
+  EXPECT_TRUE(refused(of(0x102).heartbeat(1, kMost + 1))) << "a later one";
+  EXPECT_TRUE(refused(of(0x102).data(kMost + 1))) << "the reader would look for all before it, too";
+  EXPECT_TRUE(refused(of(0x102).data(kFirst)));
+
+  ASSERT_FALSE(refused(of(0x202).data(kFirst)));
+  EXPECT_TRUE(refused(of(0x202).heartbeat(1, 10))) << "2³² samples before the one that the reader has";
+  EXPECT_TRUE(refused(of(0x202).gap(1, 100'000)));
+  EXPECT_FALSE(refused(of(0x202).heartbeat(kFirst - 3, kFirst))) << "the writer itself goes on";
+  EXPECT_FALSE(refused(of(0x202).gap(kFirst - 2, kFirst - 1)));
+}
+
+// The writer of a stream of 500 Hz has sent for two months, and keeps the last sample of a key that was written half
+// an hour ago.
+TEST_F(DatagramCheckTest, PassesWhatALateJoinerGetsOfALongStream) {
+  constexpr std::int64_t kOld = 3'000'000'000;
+  std::int64_t last = kOld + 900'000;
+  ASSERT_FALSE(refused(RtpsDatagram().heartbeat(kOld, last)));
+  EXPECT_FALSE(refused(RtpsDatagram().data(kOld).gap(kOld + 1, last - 1).data(last)));
+  // The key is not written again.
+  for (int second = 0; second < 3000; ++second) {
+    now_ += 1s;
+    for (int i = 0; i < 10; ++i) ASSERT_FALSE(refused(RtpsDatagram().data(last += 50))) << last - kOld;
+    ASSERT_FALSE(refused(RtpsDatagram().heartbeat(kOld, last))) << last - kOld;
+  }
+  EXPECT_GT(last - kOld, 2 * DatagramCheck::kMostListed);
+}
+
 TEST_F(DatagramCheckTest, RefusesOtherSocketsThanThoseOfTheParticipant) {
   ASSERT_FALSE(refused(RtpsDatagram().data(1)));
   ASSERT_FALSE(refused(RtpsDatagram().data(2), kOther)) << "it has two";

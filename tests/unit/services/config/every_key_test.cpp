@@ -32,6 +32,7 @@ view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, 
 record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, ros2: true}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
+              memory_limit: 300MB,
               failover_timeout: 30000us,
               recovery: {driver_silent: automatic, world_silent: resume, node_missing: automatic, node_silent: automatic,
                          process_died: resume, node_failed: automatic, host_lost: automatic, contact: automatic,
@@ -210,6 +211,7 @@ TEST_F(EveryKeyTest, SupervisionTimingAndTasks) {
   EXPECT_EQ(supervision.heartbeat_deadline, 25ms);
   EXPECT_EQ(supervision.host_lease, 200ms);
   EXPECT_EQ(supervision.watchdog, 3s);
+  EXPECT_EQ(supervision.memory_limit, 300'000'000U);
   EXPECT_TRUE(file_.real_time);
   EXPECT_EQ(supervision.failover_timeout, 30ms);
   EXPECT_EQ(supervision.waits_for_resume, (std::set<std::string, std::less<>>{"process_died", "world_silent"}));
