@@ -162,7 +162,7 @@ bus::ParticipantOptions participant_options(const config::CellFile& file, const 
 
 namespace {
 
-/// Below the period of reliable writers that repeat what nobody acknowledges (Qos::heartbeat), so that they do not.
+/// Below the period after which reliable writers ask for acknowledgements again (Qos::heartbeat).
 constexpr std::chrono::milliseconds kReceptionPause{4};
 
 bus::Participant join(const config::CellFile& file, const ServiceOptions& options, const std::string& node,

@@ -6,9 +6,9 @@ usage: view_cost.py BIN [--arms 3,30] [--clients 1,10] [--seconds 20] [--rounds 
 BIN is the folder of Hecaton's programs. hecaton-view is the real one. One process publishes the states of all arms every 2 ms.
 Each page is a WebSocket that reads all messages; the last of several reads 20 kB/s only. One process reads for all pages.
 
-Then the cell three_puma runs with random goals. A round has three turns in a random order: no view; a view of ten pages whose reader
-takes idle time only (SCHED_IDLE), as if the browsers were elsewhere; and one of ten pages whose reader has the priority of all other
-programs. The ticks' p99 is the median of what the three planners report in a turn.
+Then the cell three_puma runs with random goals. A round has three turns in a random order: without a view, and with a view of ten
+pages, twice. In one of these turns their reader takes idle time only (SCHED_IDLE), as if the browsers were elsewhere. In the other it has
+the priority of all other programs. The ticks' p99 is the median of what the three planners report in a turn.
 """
 import argparse
 import base64
