@@ -4,27 +4,40 @@
 #include <array>
 #include <stdexcept>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include <arpa/inet.h>
+#include <sys/resource.h>
 
 namespace hecaton::bus {
 namespace {
 
 struct FilteringTransportDescriptor : rtps::ChainingTransportDescriptor {
   FilteringTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> behind,
-                               std::shared_ptr<DatagramFilter> its_filter)
-      : ChainingTransportDescriptor(std::move(behind)), filter(std::move(its_filter)) {}
+                               std::shared_ptr<DatagramFilter> its_filter, std::chrono::milliseconds pause)
+      : ChainingTransportDescriptor(std::move(behind)), filter(std::move(its_filter)), reception_pause(pause) {}
 
   [[nodiscard]] rtps::TransportInterface* create_transport() const override;
 
   std::shared_ptr<DatagramFilter> filter;
+  std::chrono::milliseconds reception_pause;
 };
+
+/// How often this thread has given its processor away to wait; that another thread took it does not count.
+long waits_of_this_thread() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nvcsw;
+}
 
 class FilteringTransport : public FrontTransport {
  public:
   explicit FilteringTransport(const FilteringTransportDescriptor& descriptor)
-      : FrontTransport(descriptor), descriptor_(descriptor), filter_(descriptor.filter) {}
+      : FrontTransport(descriptor),
+        descriptor_(descriptor),
+        filter_(descriptor.filter),
+        pause_(descriptor.reception_pause) {}
 
   [[nodiscard]] rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
 
@@ -47,6 +60,18 @@ class FilteringTransport : public FrontTransport {
 
   void receive(rtps::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
+    if (pause_.count() == 0) return take(next, data, size, local, remote);
+    // Each receiving thread is of one participant. Between two datagrams it waits for nothing but the second one.
+    thread_local long waits = 0;
+    const bool waited = waits_of_this_thread() != waits;
+    take(next, data, size, local, remote);
+    if (waited) std::this_thread::sleep_for(pause_);
+    waits = waits_of_this_thread();
+  }
+
+ private:
+  void take(rtps::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
+            const rtps::Locator_t& local, const rtps::Locator_t& remote) {
     if (!filter_->may_receive()) return;
     // RTPS header: "RTPS", version, vendor, then the sender's prefix.
     PeerQuarantine::Prefix sender{};
@@ -69,11 +94,11 @@ class FilteringTransport : public FrontTransport {
     filter_->receivers.leave(slot);
   }
 
- private:
   static bool is_announcement(const Datagram& datagram) {
     std::array<std::uint8_t, AnnouncementPacer::kHead> head{};
     return AnnouncementPacer::is_announcement({head.data(), datagram.copy_head(head)});
   }
+
   void refuse(const PeerQuarantine::Prefix& sender, std::string_view text, const rtps::Locator_t& remote) {
     Refused refused;
     std::copy(sender.begin(), sender.end(), refused.sender.bytes.begin());
@@ -85,13 +110,15 @@ class FilteringTransport : public FrontTransport {
 
   FilteringTransportDescriptor descriptor_;
   std::shared_ptr<DatagramFilter> filter_;
+  const std::chrono::milliseconds pause_;
 };
 
 rtps::TransportInterface* FilteringTransportDescriptor::create_transport() const {
   return new FilteringTransport(*this);
 }
 
-constexpr std::uint32_t kSendBuffer = 1U << 20U;  ///< requested [byte]
+constexpr std::uint32_t kSendBuffer = 1U << 20U;       ///< requested [byte]
+constexpr std::uint32_t kReceptionBuffer = 1U << 20U;  ///< of threads that sleep while datagrams come [byte]
 
 void require_interfaces(const std::vector<std::string>& wanted) {
   const auto present = network_interfaces();
@@ -113,6 +140,7 @@ std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& op
   // lost. The kernel grants the buffer up to net.core.wmem_max.
   descriptor->non_blocking_send = true;
   descriptor->sendBufferSize = kSendBuffer;
+  if (options.reception_pause.count() > 0) descriptor->receiveBufferSize = kReceptionBuffer;
   return descriptor;
 }
 
@@ -158,7 +186,8 @@ std::shared_ptr<DatagramFilter> add_transports(dds::DomainParticipantQos& qos, i
   qos.transport().use_builtin_transports = false;
   auto filter = std::make_shared<DatagramFilter>(options.discard, options.lease, !options.identity.empty(),
                                                  options.peers.empty());
-  qos.transport().user_transports.push_back(std::make_shared<FilteringTransportDescriptor>(udp(options), filter));
+  qos.transport().user_transports.push_back(
+      std::make_shared<FilteringTransportDescriptor>(udp(options), filter, options.reception_pause));
   if (options.shared_memory) {
     qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());
   }

@@ -61,6 +61,10 @@ struct ParticipantOptions {
   /// Announce the departure of the endpoints to peers; otherwise they drop them with this participant at the end of its
   /// lease. Short-lived clients do without.
   bool announce_departure = true;
+  /// For a process that only watches. A receiving thread that had to wait for a datagram then sleeps for this long, and
+  /// takes all that has come meanwhile at once. So it wakes a few times for hundreds of datagrams; each wake-up of it
+  /// would interrupt a loop, and cost the sender time. What it receives is late by so much. 0: it never sleeps.
+  std::chrono::milliseconds reception_pause{0};
   /// Gets an event when a participant is found or lost; must outlive the participant.
   Mailbox* mailbox = nullptr;
   /// Called for each datagram to be sent, from several threads; true discards it. Empty: none is discarded.

@@ -106,23 +106,24 @@ ExitCode check(const Settings& settings, const KeystoreOptions& options) {
   const auto now = std::chrono::system_clock::now();
   Json identities = Json::array();
   Table table({{"host"}, {"role"}, {"arms"}, {"expires"}, {"days left", Align::kRight}, {"state"}});
-  bool all_usable = true;
+  bool all_current = true;
   for (const IdentityState& one : identities_in(options.folder)) {
-    std::string state = one.problem.value_or("");
-    if (!one.problem) state = one.expires - now < kExpiryLead ? "expires soon" : "usable";
+    std::string state = one.problem ? *one.problem : one.outdated.value_or("");
+    if (state.empty()) state = one.expires - now < kExpiryLead ? "expires soon" : "usable";
     const auto left = std::chrono::floor<std::chrono::days>(one.expires - now).count();
-    all_usable = all_usable && !one.problem;
+    all_current = all_current && !one.problem && !one.outdated;
     identities.push_back({{"host", one.host},
                           {"role", one.role},
                           {"arms", one.arms.empty() ? Json() : Json(one.arms)},
                           {"expires", date_text(one.expires)},
                           {"days_left", left},
                           {"usable", !one.problem},
+                          {"outdated", one.outdated.has_value()},
                           {"state", state}});
     table.add({one.host, one.role, arm_list_text(one), date_text(one.expires), std::to_string(left), state});
   }
   print(settings, {{"identities", identities}}, table.text(Palette::for_stream(stdout)));
-  return all_usable ? ExitCode::kDone : ExitCode::kNegative;
+  return all_current ? ExitCode::kDone : ExitCode::kNegative;
 }
 
 CLI::App* add_folder_command(CLI::App& app, const char* name, const char* description, KeystoreOptions& options) {
@@ -176,7 +177,7 @@ void add_keystore(CLI::App& app, Session& session) {
   does(revocation, revoked, revoke);
   const auto checked = std::make_shared<KeystoreOptions>();
   CLI::App* checking = add_folder_command(*keystore, "check", "Lists the identities and when they expire", *checked);
-  checking->footer("Exit code 1: an identity cannot be used.");
+  checking->footer("Exit code 1: an identity cannot be used, or its permissions are older than this program.");
   does(checking, checked, check);
 }
 

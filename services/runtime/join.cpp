@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <future>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -13,6 +15,7 @@
 #include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -129,6 +132,9 @@ void set_identity(bus::ParticipantOptions& participant, const std::filesystem::p
   participant.identity = enclave;
   if (enclave.empty()) return;
   participant.identity_expires = expiry_of(enclave);
+  if (const auto outdated = outdated_permissions(enclave)) {
+    log_warning("identity is outdated", {{"folder", enclave.string()}, {"reason", *outdated}});
+  }
   const std::filesystem::path revocations = revocations_file(keystore_of(enclave));
   if (std::filesystem::exists(revocations)) participant.revocations = revocations;
   participant.revoked = [watch = RevocationWatch(enclave), logged = std::string()]() mutable {
@@ -154,14 +160,40 @@ bus::ParticipantOptions participant_options(const config::CellFile& file, const 
   return participant;
 }
 
-bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, Role role,
-                                  const std::string& node, bus::Mailbox* mailbox) {
+namespace {
+
+/// Below the period after which reliable writers ask for acknowledgements again (Qos::heartbeat).
+constexpr std::chrono::milliseconds kReceptionPause{4};
+
+bus::Participant join(const config::CellFile& file, const ServiceOptions& options, const std::string& node,
+                      const bus::ParticipantOptions& participant) {
   for (const std::string& server : bus::ignore_discovery_servers()) {
     log_warning("environment variable ignored: a cell uses no Discovery Server", {{"variable", server}});
   }
+  return {choose_domain(options, file.network.domain), node, participant};
+}
+
+}  // namespace
+
+bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, Role role,
+                                  const std::string& node, bus::Mailbox* mailbox) {
   bus::ParticipantOptions participant = participant_options(file, options.host, role);
   participant.mailbox = mailbox;
-  return {choose_domain(options, file.network.domain), node, participant};
+  return join(file, options, node, participant);
+}
+
+bus::Participant make_watching_participant(const config::CellFile& file, const ServiceOptions& options, Role role,
+                                           const std::string& node, bus::Mailbox* mailbox) {
+  bus::ParticipantOptions participant = participant_options(file, options.host, role);
+  participant.mailbox = mailbox;
+  participant.reception_pause = kReceptionPause;
+  // The threads of the participant inherit the priority of the thread that makes it.
+  return std::async(std::launch::async,
+                    [&] {
+                      give_way();
+                      return join(file, options, node, participant);
+                    })
+      .get();
 }
 
 HeartbeatTiming heartbeat_timing(const config::CellFile& file, const ServiceOptions& options) {

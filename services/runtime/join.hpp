@@ -45,6 +45,12 @@ void require_interface(const config::CellFile& file);
 [[nodiscard]] bus::Participant make_participant(const config::CellFile& file, const ServiceOptions& options, Role role,
                                                 const std::string& node, bus::Mailbox* mailbox = nullptr);
 
+/// The same for a service that only shows the cell: its threads give way to those of other processes (give_way()), and
+/// take what has arrived in batches (bus::ParticipantOptions::reception_pause).
+[[nodiscard]] bus::Participant make_watching_participant(const config::CellFile& file, const ServiceOptions& options,
+                                                         Role role, const std::string& node,
+                                                         bus::Mailbox* mailbox = nullptr);
+
 /// Heartbeat timing from the cell file's supervision section, at most the deadline and lease of the topic's row.
 [[nodiscard]] HeartbeatTiming heartbeat_timing(const config::CellFile& file, const ServiceOptions& options);
 

@@ -80,4 +80,11 @@ void lower_priority(int niceness) {
   static_cast<void>(set_priority(0, 0));
 }
 
+void give_way() {
+  constexpr int kNiceness = 5;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
+  const sched_param parameters{};
+  static_cast<void>(sched_setscheduler(0, SCHED_BATCH, &parameters));
+}
+
 }  // namespace hecaton::services

@@ -33,4 +33,9 @@ void keep_startup_priority();
 /// threads with long computations, so that loops and other processes come first.
 void lower_priority(int niceness);
 
+/// For the first line of threads that only show what others do, in programs without real-time priority. The calling
+/// thread and those that it starts later interrupt no running thread when they wake (SCHED_BATCH). Of a processor that
+/// is short they get a third of what a loop gets, so that they still answer.
+void give_way();
+
 }  // namespace hecaton::services

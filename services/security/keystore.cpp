@@ -317,6 +317,17 @@ void require_identity(const fs::path& enclave) {
   }
 }
 
+std::optional<std::string> outdated_permissions(const fs::path& enclave) {
+  const auto role = std::find_if(kRoles.begin(), kRoles.end(),
+                                 [&](Role one) { return role_name(one) == enclave.filename().string(); });
+  if (role == kRoles.end()) return std::nullopt;
+  const std::vector<std::string> missing = missing_permissions(*role, read_file(enclave / "permissions.p7s"));
+  if (missing.empty()) return std::nullopt;
+  const std::string more = missing.size() > 1 ? " and " + std::to_string(missing.size() - 1) + " more" : "";
+  return "permissions are older than this program: the identity " + missing.front() + more +
+         "; `hecaton keystore renew` makes new ones";
+}
+
 Time expiry_of(const fs::path& enclave) {
   Time first = end_of(read_certificate(enclave / "cert.pem").get());
   for (const char* authority : {"identity_ca.cert.pem", "permissions_ca.cert.pem"}) {
@@ -334,12 +345,13 @@ std::vector<IdentityState> identities_in(const fs::path& keystore) {
       const fs::path enclave = enclave_folder(keystore, host.path().filename().string(), role);
       if (!fs::exists(enclave)) continue;
       IdentityState& state = found.emplace_back(
-          IdentityState{host.path().filename().string(), std::string(role_name(role)), {}, {}, std::nullopt});
+          IdentityState{host.path().filename().string(), std::string(role_name(role)), {}, {}, {}, {}});
       try {
         state.expires = end_of(read_certificate(enclave / "cert.pem").get());
         state.expires = expiry_of(enclave);  // of the certificate alone when other files are missing
         require_identity(enclave);
         state.arms = arms_in(read_file(enclave / "permissions.xml"));
+        state.outdated = outdated_permissions(enclave);
       } catch (const KeystoreError& problem) {
         state.problem = problem.what();
       }

@@ -88,6 +88,10 @@ class RevocationWatch {
 /// another key.
 void require_identity(const std::filesystem::path& enclave);
 
+/// What this program needs and the permissions of the identity in this folder do not allow: a sentence. They were made
+/// by an older program. Empty: nothing.
+[[nodiscard]] std::optional<std::string> outdated_permissions(const std::filesystem::path& enclave);
+
 /// When the first of its certificates and permissions expires.
 [[nodiscard]] std::chrono::system_clock::time_point expiry_of(const std::filesystem::path& enclave);
 
@@ -98,6 +102,7 @@ struct IdentityState {
   std::chrono::system_clock::time_point expires;
   std::vector<std::string> arms;       ///< that it may command or obey for; empty: all, or its role concerns no arm
   std::optional<std::string> problem;  ///< a sentence; empty: it can be used
+  std::optional<std::string> outdated;  ///< see outdated_permissions(), of one that can be used
 };
 
 /// All identities of a keystore, sorted by host and role.

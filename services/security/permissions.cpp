@@ -38,6 +38,20 @@ struct Topics {
   std::vector<std::string> subscribed;
 };
 
+/// "write hecaton/Fault", "read hecaton/Goal" of a document of permissions_xml().
+std::set<std::string> allowed_in(const std::string& document) {
+  constexpr std::string_view kTopic = "<topic>";
+  std::set<std::string> allowed;
+  for (std::size_t at = document.find(kTopic); at != std::string::npos; at = document.find(kTopic, at + 1)) {
+    const std::size_t begin = at + kTopic.size();
+    const std::size_t publish = document.rfind("<publish>", at);
+    const std::size_t subscribe = document.rfind("<subscribe>", at);
+    const bool writes = publish != std::string::npos && (subscribe == std::string::npos || publish > subscribe);
+    allowed.insert((writes ? "write " : "read ") + document.substr(begin, document.find('<', begin) - begin));
+  }
+  return allowed;
+}
+
 std::string criteria_xml(const std::string& element, const std::vector<std::string>& topics,
                          const std::vector<std::string>& partitions) {
   if (topics.empty()) return {};
@@ -158,6 +172,15 @@ std::vector<std::string> arms_in(const std::string& document) {
     arms.insert(document.substr(begin, document.find('<', begin) - begin));
   }
   return {arms.begin(), arms.end()};
+}
+
+std::vector<std::string> missing_permissions(Role role, const std::string& document) {
+  const std::set<std::string> present = allowed_in(document);
+  std::vector<std::string> missing;
+  for (const std::string& one : allowed_in(permissions_xml(role, {}, {}, {}, arms_in(document)))) {
+    if (!present.contains(one)) missing.push_back("may not " + one);
+  }
+  return missing;
 }
 
 std::string xml_time(Time time) {

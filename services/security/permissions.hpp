@@ -33,6 +33,10 @@ inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWor
 /// The `arms` of permissions_xml(), sorted; empty: all arms, or the role has no topic with a partition for each arm.
 [[nodiscard]] std::vector<std::string> arms_in(const std::string& document);
 
+/// What permissions_xml() of this program allows the role and the document does not: "may not write hecaton/Fault",
+/// sorted. The document may be signed.
+[[nodiscard]] std::vector<std::string> missing_permissions(Role role, const std::string& document);
+
 /// When permissions expire; the earliest of several grants. Empty: the document does not say.
 [[nodiscard]] std::optional<std::chrono::system_clock::time_point> permissions_expiry(const std::string& document);
 

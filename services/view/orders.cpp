@@ -83,6 +83,14 @@ std::string listed(const std::vector<std::string>& names) {
   return config::listed(std::vector<std::string_view>(names.begin(), names.end()));
 }
 
+std::string saved_text(const std::vector<SavedRecording>& saved) {
+  std::string text;
+  for (const SavedRecording& one : saved) {
+    text += (text.empty() ? "" : "; ") + ("the recorder on " + one.host) + " saves what it keeps, up to " + one.file;
+  }
+  return text;
+}
+
 /// What follows the answer to an order.
 std::string with_warning(const std::string& sentence, const Receipt& receipt) {
   return receipt.warning ? sentence + "; " + receipt.warning.text : sentence;
@@ -238,6 +246,9 @@ Orders::Order Orders::order_of(const Sender& from, const std::string& op, const 
     order.action = [name = order.subject](const Cell& cell, const Wait& wait) {
       return with_warning(name + " is removed", cell.world().remove(name, wait));
     };
+  } else if (op == "save") {
+    order.subject = "recordings";
+    order.action = [](const Cell& cell, const Wait& wait) { return saved_text(cell.save_recordings(wait)); };
   } else {
     throw Refusal("'" + config::printable(op) + "' is no order that a page can give");
   }

@@ -10,6 +10,7 @@
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_folder.hpp"
+#include "services/runtime/thread_priority.hpp"
 #include "services/view/token_file.hpp"
 
 namespace hecaton::services {
@@ -64,7 +65,7 @@ ViewService::ViewService(const config::CellFile& file, const ServiceOptions& opt
                          const ShutdownSignal& shutdown)
     : file_(file),
       web_(web_options(file, options, view)),
-      participant_(make_participant(file, options, Role::kViewer, view_node(), &mailbox_)),
+      participant_(make_watching_participant(file, options, Role::kViewer, view_node(), &mailbox_)),
       loop_(std::min<std::chrono::nanoseconds>(kLoopPeriod, file.supervision.heartbeat_period), shutdown),
       drawings_(file),
       feed_(file, participant_, mailbox_),
@@ -113,6 +114,7 @@ std::string ViewService::url_with_tokens() const {
 }
 
 void ViewService::run() {
+  give_way();  // the threads of orders and of the web server stay as they are: a stop is not late
   while (loop_.next()) {
     static_cast<void>(mailbox_.take_events());
     feed_.update(loop_.now());

@@ -110,6 +110,7 @@ class Chaos:
         self.alone = options.alone
         self.of = tuple(options.of)
         self.timeout_scale = options.timeout_scale
+        self.calm = options.calm
         # In turn: the agent gives up a process that dies ten times in a row within 10 s of its start.
         self.turns = itertools.cycle(self.of)
         self.rng = random.Random(options.seed)
@@ -169,8 +170,20 @@ class Chaos:
             self.ended = unix_ms()
             if len(self.violations) == found:
                 self.passed += 1
+                self.work_calmly()
                 continue
             self.continue_after_finding()
+
+    def work_calmly(self):
+        until = time.monotonic() + self.calm
+        while time.monotonic() < until and not self.over():
+            self.settle()
+            try:
+                self.work_undisturbed()
+            except (AssertionError, Violation) as error:
+                self.violated("between two episodes", error)
+                self.ended = unix_ms()
+                return self.continue_after_finding()
 
     def note_extent(self, faults, duration, began):
         """True while the run is not complete."""
@@ -571,8 +584,8 @@ def work(hosts, hecaton, setting, options, ends):
     chaos = Chaos(cell, [arm["name"] for arm in plan["arms"]], poses, setting.limits, options, ends)
     run_cell(cell, chaos, options)
     chaos.lateness.end()
-    if options.record:
-        say(cell.end_recording())
+    for said in cell.end_recordings():
+        say(said)
     ended = {host: code for host, code in cell.stop().items() if code}
     chaos.check_the_rest()
     code = judge(chaos, ended)
@@ -583,8 +596,8 @@ def run_cell(cell, chaos, options):
     """An error of this program keeps the findings so far."""
     try:
         cell.start()
-        if options.record:
-            cell.record(options.record)
+        for file in filter(None, (options.record, options.second_record)):
+            cell.record(file)
         if chaos.begin():
             chaos.run_all(options)
         chaos.look_for_contacts()

@@ -52,6 +52,7 @@ def parser_of(description):
     parser.add_argument("--report", type=pathlib.Path, metavar="FILE", help="also write the report to this file, as JSON")
     parser.add_argument("--record", type=pathlib.Path, metavar="FILE",
                         help="record the cell into this file (.mcap), for hecaton replay --verify and explain; an existing file stays")
+    parser.add_argument("--second-record", type=pathlib.Path, metavar="FILE", help="also record it into this file, by another recorder")
     parser.add_argument("--logs", type=pathlib.Path, metavar="DIR", help="folder of the hosts' logs (a new one)")
     # Folder of Hecaton's programs; the launcher sets it.
     parser.add_argument("--programs", type=pathlib.Path, required=True, help=argparse.SUPPRESS)
@@ -64,6 +65,8 @@ def add_bounds(parser):
                         help="smallest number of faults (30; with --duration: no limit)")
     parser.add_argument("--duration", type=duration("--duration"), metavar="T",
                         help="end after the episode in which this time has passed: 90s, 10min")
+    parser.add_argument("--calm", type=duration("--calm"), default=0.0, metavar="T",
+                        help="let the arms work undisturbed for this time after each episode: 30s")
     parser.add_argument("--soak", type=duration("--soak"), metavar="T", help="inject nothing for this time; each reported fault is a finding")
     parser.add_argument("--findings", type=whole_number("--findings", 1), default=1, metavar="N", help="number of findings that ends the run (1)")
 
@@ -97,7 +100,8 @@ def parse(words, description):
     options.only = options.only or KINDS
     options.of = options.of or [""]
     require_report(options.report)
-    require_recording(options.record)
+    require_recording("--record", options.record)
+    require_recording("--second-record", options.second_record)
     return options
 
 
@@ -110,9 +114,9 @@ def require_report(file):
         raise BadInput(f"--report = '{file}' must be a file that can be written")
 
 
-def require_recording(file):
+def require_recording(name, file):
     if file and (file.suffix != ".mcap" or file.exists() or not file.parent.is_dir() or not os.access(file.parent, os.W_OK)):
-        raise BadInput(f"--record = '{file}' must be a new file that ends in .mcap, in a folder that can be written")
+        raise BadInput(f"{name} = '{file}' must be a new file that ends in .mcap, in a folder that can be written")
 
 
 class CommandLineTest(unittest.TestCase):
@@ -128,7 +132,7 @@ class CommandLineTest(unittest.TestCase):
         for words in (("--duration", "90"), ("--duration", "0s"), ("--soak", "30"), ("--faults", "0"),
                       ("--faults", "-1"), ("--faults", "many"), ("--seed", "1.5"), ("--timeout-scale", "0"), ("--findings", "0"),
                       ("--report", "/no/such/folder/report"), ("--report", "/"), ("--record", "/no/such/folder/run.mcap"),
-                      ("--record", "run.txt")):
+                      ("--record", "run.txt"), ("--second-record", "run.txt"), ("--calm", "20")):
             with self.assertRaisesRegex(BadInput, f"^{words[0]} = '{words[1]}' must be ", msg=words):
                 self.parse(*words)
 

@@ -478,7 +478,7 @@ def main():
             run(cell, options, [arm["name"] for arm in cell.plan()["arms"]], stops)
         except KeyboardInterrupt:
             print("ended before all stops", flush=True)
-        said = cell.end_recording()
+        said, = cell.end_recordings()
     finally:
         cell.stop()
         hosts.close()

@@ -27,7 +27,7 @@ class LiveCell:
         self._logs = logs
         self._agents = {}
         self._watch = None
-        self._recorder = None
+        self._recorders = []
         self._status = None
         self._faults = {}
         self._logs_began = {}  # bytes, by host: start of this cell's lines
@@ -193,13 +193,16 @@ class LiveCell:
         self.wait_for(f"arm {arm} continues or waits for a state of {lost}", settled)
 
     def record(self, file):
-        """Records the cell from the operator's machine until end_recording()."""
-        self._recorder = self._ask("record", "-o", str(file), stderr=subprocess.STDOUT)
+        """Records the cell from the operator's machine until end_recordings(). Several may do so at a time."""
+        self._recorders.append(self._ask("record", "-o", str(file), stderr=subprocess.STDOUT))
 
-    def end_recording(self):
-        """Returns what the recorder has said."""
-        self._recorder.send_signal(signal.SIGINT)
-        return self._recorder.communicate()[0].strip()
+    def end_recordings(self):
+        """Returns what each recorder has said."""
+        for recorder in self._recorders:
+            recorder.send_signal(signal.SIGINT)
+        said = [recorder.communicate()[0].strip() for recorder in self._recorders]
+        self._recorders = []
+        return said
 
     def stop(self):
         """Ends the agents and with them all services; returns their exit codes by host. Kills an agent that hangs."""

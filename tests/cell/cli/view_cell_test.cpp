@@ -155,6 +155,21 @@ TEST_F(LiveOrders, AnswerAPreviewAndMoveNothing) {
   EXPECT_TRUE(entry(json({"status"}).at("arms"), "name", "north").at("goal").is_null()) << "a preview is no goal";
 }
 
+TEST_F(LiveOrders, SaveWhatRecordersOfTheCellKeep) {
+  const std::string url = start_view({"--control"});
+  WebSocketClient page(port_of(url.substr(0, url.find("/#"))), "http://localhost");
+  EXPECT_TRUE(order(page, {{"op", "take"}, {"token", url.substr(url.find('=') + 1)}}).at("done"));
+  const TemporaryFolder folder;
+  const auto recorder = start({"record", kThreePuma, "--keep", "10s", "-o", folder.path("run.mcap")});
+  ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
+  const Json saved = order(page, {{"op", "save"}});
+  EXPECT_TRUE(saved.at("done")) << saved;
+  EXPECT_NE(saved.at("text").get<std::string>().find("run-0001.mcap"), std::string::npos) << saved;
+  EXPECT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered it")) << recorder->err();
+  recorder->signal(SIGINT);
+  EXPECT_EQ(recorder->wait(), 0) << recorder->err();
+}
+
 TEST_F(LiveOrders, OfFoxgloveNeedTheToken) {
   const std::string page = std::string(HECATON_BIN_DIR) + "/../services/view/page";
   const std::string node = HECATON_NODE;

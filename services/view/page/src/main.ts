@@ -88,8 +88,14 @@ actions.set("x", () => section.turn());
 actions.set("arrowright", () => section.step(1));
 actions.set("arrowleft", () => section.step(-1));
 
-const prefersLight = window.matchMedia("(prefers-color-scheme: light)").matches;
-let dark = (localStorage.getItem("theme") ?? (prefersLight ? "light" : "dark")) !== "light";
+// The theme of the system, also when it changes, until a person chooses one here.
+const prefersLight = window.matchMedia("(prefers-color-scheme: light)");
+let dark = (localStorage.getItem("theme") ?? (prefersLight.matches ? "light" : "dark")) !== "light";
+prefersLight.addEventListener("change", () => {
+  if (localStorage.getItem("theme") !== null) return;
+  dark = !prefersLight.matches;
+  showTheme();
+});
 function showTheme(): void {
   document.documentElement.dataset.theme = dark ? "dark" : "light";
   scene.setTheme(dark);

@@ -49,6 +49,9 @@ export class OrdersPanel {
     cellRow.append(name);
     this.button(cellRow, "Hold", () => book.give({ op: "hold" }, "hold the cell"));
     this.button(cellRow, "Resume", () => book.give({ op: "resume" }, "resume the cell"));
+    const save = this.button(cellRow, "Save recording", () => book.give({ op: "save" }, "save recordings"));
+    save.title = "The recorders of the cell save the last minutes that they keep, and the next one.";
+    save.id = "saverecordings";
     this.controls.append(this.forArm);
     const armRow = this.row(this.forArm);
     armRow.append(this.armName);

@@ -259,6 +259,7 @@ export type Order =
   | { op: "stop" | "hold" | "resume"; arms?: string[] }
   | { op: "take"; token: string }
   | { op: "release" }
+  | { op: "save" } // what the recorders of the cell keep
   | { op: "goal"; arm: string; named: string }
   | { op: "goal"; arm: string; q: number[] }
   | { op: "cancel"; arm: string; goal: string }

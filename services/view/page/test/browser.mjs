@@ -25,6 +25,18 @@ try {
   await page.locator("#search").fill("");
   await page.waitForFunction(() => document.querySelectorAll("#arms li").length === 3);
   await page.evaluate(() => document.activeElement.blur());
+  // The page follows the theme of the system, until a person chooses one.
+  const theme = (wanted) => page.waitForFunction((name) => document.documentElement.dataset.theme === name, wanted);
+  for (const system of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme: system });
+    await theme(system);
+  }
+  await page.keyboard.press("t");
+  await theme("light");
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.emulateMedia({ colorScheme: "dark" });
+  await theme("light");
+  await page.keyboard.press("t");
   for (const key of ["s", "p", "l", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
 
   // The way of the tool begins at the tool, and ends elsewhere. W hides it.

@@ -67,6 +67,10 @@ try {
   await press(driver, '#controls button:text-is("Resume") >> nth=1');
   await answer(driver, "done", "north may move");
 
+  step("no recorder");
+  await press(driver, "#saverecordings");
+  await answer(driver, "failed", "the key record");
+
   step("a refused order");
   // What the cell refuses is shown.
   await driver.evaluate(() => window.hecaton.orders.give({ op: "obstacle_remove", name: "nothing" }, "remove nothing"));

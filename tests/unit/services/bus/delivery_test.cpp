@@ -79,6 +79,31 @@ TEST_F(Delivery, SendsACommandOnlyToTheReadersOfItsArm) {
   EXPECT_TRUE(other.take().empty());
 }
 
+TEST_F(Delivery, TakesTogetherWhatArrivesWhileAWatchingParticipantSleeps) {
+  auto options = one_host();
+  options.reception_pause = 60ms;
+  Participant watching(domain_.number(), "watching", options);
+  Writer<msg::ArmCommand> writer(here_);
+  Reader<msg::ArmCommand> reader(watching);
+  expect_matched(writer, reader);
+  const auto command_for = [](const std::string& arm) {
+    msg::ArmCommand command;
+    command.arm(arm);
+    return command;
+  };
+  // After a command for which it has waited it sleeps, so that at least each second one of these is late.
+  std::vector<Clock::time_point> received;
+  for (int i = 0; i < 10; ++i) {
+    const std::string arm = "one" + std::to_string(i);
+    ASSERT_TRUE(writer.write(command_for(arm)));
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.latest(arm) != nullptr; }));
+    received.push_back(reader.latest(arm)->received);
+  }
+  EXPECT_GE(received.back() - received.front(), 4 * options.reception_pause);
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(writer.write(command_for("all" + std::to_string(i))));
+  EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 110; })) << reader.latest().size();
+}
+
 TEST_F(Delivery, RefusesAKeyBeyondTheTopicsLimit) {
   Writer<msg::ProcessEvent> writer(here_);
   const int room = Topic<msg::ProcessEvent>::kInfo.qos.instances;

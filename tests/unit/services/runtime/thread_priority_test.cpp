@@ -83,5 +83,21 @@ TEST(ThreadPriorityDeathTest, RaisesAllThreadsButThoseThatLoweredThemselves) {
       ::testing::ExitedWithCode(0), "");
 }
 
+TEST(ThreadPriority, GivesWayWithTheThreadsThatItStartsLater) {
+  const auto gives_way = [] {
+    return sched_getscheduler(0) == SCHED_BATCH && getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())) >= 5;
+  };
+  bool first = false;
+  bool later = false;
+  std::thread([&] {
+    give_way();
+    first = gives_way();
+    std::thread([&] { later = gives_way(); }).join();
+  }).join();
+  EXPECT_TRUE(first);
+  EXPECT_TRUE(later);
+  EXPECT_NE(sched_getscheduler(0), SCHED_BATCH) << "the thread that started it stays as it was";
+}
+
 }  // namespace
 }  // namespace hecaton::services

@@ -3,12 +3,14 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "services/security/certificate.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
@@ -255,6 +257,42 @@ TEST_F(Keystore, KeepsTheArmsOfAHostWhenItIsRenewed) {
   }
   EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1), {"*"}); }).find("the name of an arm has"),
             std::string::npos);
+}
+
+/// Takes the lines with `topic` from the permissions of an identity, as a program wrote them that did not know it.
+void forget_topic(const fs::path& keystore, const fs::path& enclave, const std::string& topic) {
+  std::istringstream lines(pki::read_file(enclave / "permissions.xml"));
+  std::string old;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("hecaton/" + topic + "<") == std::string::npos) old += line + "\n";
+  }
+  const pki::Certificate authority = pki::read_certificate(keystore / "public" / "ca.cert.pem");
+  const pki::Key key = pki::read_key(keystore / "private" / "ca.key.pem");
+  pki::write_file(enclave / "permissions.xml", old);
+  pki::write_signed(enclave / "permissions.p7s", old, authority.get(), key.get());
+}
+
+TEST_F(Keystore, SaysThatPermissionsAreOlderThanTheProgramUntilTheyAreRenewed) {
+  add_host(keystore_, "north-pc", days(10), {"north"});
+  const fs::path viewer = enclave_folder(keystore_, "north-pc", Role::kViewer);
+  const fs::path planner = enclave_folder(keystore_, "north-pc", Role::kPlanner);
+  for (const IdentityState& one : identities_in(keystore_)) EXPECT_FALSE(one.outdated) << *one.outdated;
+  forget_topic(keystore_, viewer, "RecorderReply");
+  forget_topic(keystore_, planner, "PlannedMotion");
+  forget_topic(keystore_, planner, "PlannerTick");
+  EXPECT_EQ(outdated_permissions(viewer),
+            "permissions are older than this program: the identity may not read hecaton/RecorderReply and 1 more; "
+            "`hecaton keystore renew` makes new ones");
+  EXPECT_NE(outdated_permissions(planner).value().find("may not write hecaton/PlannedMotion and 1 more"),
+            std::string::npos);
+  EXPECT_EQ(use("north-pc", Role::kViewer), "") << "it can be used for all else";
+  for (const IdentityState& one : identities_in(keystore_)) {
+    EXPECT_EQ(one.outdated.has_value(), one.role == "viewer" || one.role == "planner") << one.role;
+    EXPECT_FALSE(one.problem) << *one.problem;
+  }
+  renew_host(keystore_, "north-pc", days(10));
+  for (const IdentityState& one : identities_in(keystore_)) EXPECT_FALSE(one.outdated) << *one.outdated;
+  EXPECT_NE(pki::read_file(viewer / "permissions.p7s").find("hecaton/RecorderReply"), std::string::npos);
 }
 
 }  // namespace

@@ -57,7 +57,8 @@ TEST(Token, IsLongAndRandomAndComparedAsAWhole) {
 }
 
 TEST_F(OrdersTest, RefuseAllButStopFromAPageWithoutControl) {
-  for (const char* op : {"hold", "resume", "goal", "cancel", "obstacle_add", "obstacle_move", "obstacle_remove"}) {
+  for (const char* op :
+       {"hold", "resume", "goal", "cancel", "obstacle_add", "obstacle_move", "obstacle_remove", "save"}) {
     const Json reply = reply_to(first_, {{"id", 5}, {"op", op}});
     EXPECT_EQ(reply.at("text"), "this page does not control the cell") << op;
     EXPECT_EQ(reply.at("id"), 5);
