@@ -8,7 +8,7 @@
 /// receives from the peer nor sends to it. Then both discover each other again. LocalStallGuard does the same for a
 /// process that was itself stopped.
 ///
-/// A process without enough processor time reads old datagrams for a while, and so drops nobody in the meantime. Then
+/// A process without enough processor time reads old datagrams for a while, and drops no peer in the meantime. Then
 /// only one side drops the other in spite of the quarantine. That side finds the peer again, but none of its endpoints:
 /// it quarantines the peer once more, each time after twice the time. A peer without endpoints comes to no harm.
 ///

@@ -36,7 +36,7 @@ struct Network {
   std::string interface;                        ///< address or name of the network interface to use; empty: all
   Discovery discovery = Discovery::kMulticast;  ///< how processes find each other
   std::vector<std::string> peers;               ///< IPv4 addresses of other machines to announce to; kUnicast only
-  /// A process that sends nothing for this long is forgotten by the others. Each announces itself ten times as often.
+  /// After this silence processes forget a process of the cell. Each announces itself ten times as often.
   std::chrono::milliseconds lease{2000};
 };
 
