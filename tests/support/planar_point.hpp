@@ -9,6 +9,8 @@
 
 namespace hecaton::test {
 
+inline constexpr double kPeriod = 0.01;  ///< of control [s]
+
 inline planner::JointVector joints(std::initializer_list<double> values) {
   planner::JointVector q(static_cast<Eigen::Index>(values.size()));
   Eigen::Index i = 0;

@@ -12,8 +12,7 @@ namespace {
 
 using test::box_obstacle;
 using test::joints;
-
-constexpr double kPeriod = 0.01;
+using test::kPeriod;
 
 /// A point of radius 0.05 m at (0, 0), 2 m/s fast, whose longest stop takes 0.5 s. The default damper counts on
 /// S₀ = 0.1 m / 1 m/s, so that near bodies it moves no faster than 4 · (0.1 − 0.01) = 0.36 m/s in each joint.

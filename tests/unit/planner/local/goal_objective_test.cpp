@@ -11,6 +11,7 @@ namespace hecaton::planner {
 namespace {
 
 using test::joints;
+using test::kPeriod;
 
 const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({1.0, 2.0}), joints({10, 10})};
 
@@ -33,7 +34,6 @@ TEST(GoalObjective, ContinuousJointsTakeTheShorterDirection) {
 
 // The approach never asks for more deceleration than the joints have, and arrives without overshoot.
 TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
-  constexpr double kPeriod = 0.01;
   const JointVector goal = joints({1.0, 0.5});
   JointVector q = joints({-1.0, 0.0});
   JointVector qd = joints({0, 0});
@@ -55,7 +55,6 @@ TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
 
 // A goal that is as far ahead as approach_distance says is approached at just that speed.
 TEST(GoalObjective, ApproachDistanceInvertsGoalVelocity) {
-  constexpr double kPeriod = 0.01;
   const JointVector q = joints({0.1, -0.2});
   const JointVector direction = joints({0.6, -0.8});
   for (const double speed : {0.001, 0.05, 0.2, 0.5}) {

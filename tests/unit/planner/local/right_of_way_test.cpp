@@ -8,8 +8,7 @@ namespace hecaton::planner {
 namespace {
 
 using test::joints;
-
-constexpr double kPeriod = 0.01;  // [s]
+using test::kPeriod;
 
 /// Arm 1 of three; arm 0 is near it.
 class RightOfWayTest : public testing::Test {

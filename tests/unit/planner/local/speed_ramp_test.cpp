@@ -14,8 +14,7 @@ namespace hecaton::planner {
 namespace {
 
 using test::joints;
-
-constexpr double kPeriod = 0.01;  // [s]
+using test::kPeriod;
 const JointLimits kLimits = test::planar_point().limits;
 
 TEST(SpeedRamp, ChangesTheVelocityLimitsByHalfTheAccelerationAtMost) {

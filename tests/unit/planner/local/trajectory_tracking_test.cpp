@@ -23,8 +23,7 @@ namespace hecaton::planner {
 namespace {
 
 using test::joints;
-
-constexpr double kPeriod = 0.01;
+using test::kPeriod;
 
 /// From (−1, 0) to (1, 0) on a trapezoid of 0.4 m/s and 2 m/s², sampled each 0.1 s as MoveIt does. `bend`: a bow in y.
 TimedTrajectory trapezoid(bool velocities, bool accelerations = false, double bend = 0.0) {

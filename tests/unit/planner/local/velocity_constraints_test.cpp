@@ -12,7 +12,7 @@ namespace {
 using test::joints;
 
 const JointLimits kLimits{joints({-1, -1}), joints({1, 1}), joints({1.5, 1.5}), joints({10, 10})};
-constexpr double kPeriod = 0.01;
+using test::kPeriod;
 
 TEST(VelocityBounds, EqualVelocityLimitsFarFromPositionLimits) {
   const VelocityBounds bounds = speed_and_position_bounds(kLimits, joints({0, 0}), kPeriod);
