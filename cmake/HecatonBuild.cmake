@@ -41,7 +41,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_G
                          -Wno-error=dangling-reference)
 endif()
 # What is anonymous in a source stays so when sources are compiled together.
-target_compile_options(hecaton_warnings INTERFACE $<$<BOOL:${HECATON_UNITY}>:-Wno-subobject-linkage>)
+target_compile_options(hecaton_warnings INTERFACE $<$<AND:$<BOOL:${HECATON_UNITY}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>)
 
 # Most of the time goes into headers (Fast DDS, CLI11, GoogleTest): parsed once for eight sources, not for each.
 set(HECATON_UNITY_TARGETS UNITY_BUILD ${HECATON_UNITY} UNITY_BUILD_BATCH_SIZE 8)
