@@ -42,7 +42,7 @@ class DatagramCheck {
   static constexpr std::int64_t kFirst = std::int64_t{1} << 32;
   /// Most samples that a reader may look for: those between the first one that the writer still has, or that has
   /// followed in its stream, and the last one. A late joiner looks for the last sample of each key: the oldest key may
-  /// be that many samples behind. Fast DDS takes 10 ms for so many.
+  /// be that many samples behind.
   static constexpr std::int64_t kMostListed = std::int64_t{1} << 20;
   /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
