@@ -112,6 +112,9 @@ void say_goal(const CellState& cell, const std::string& arm, const LongestBindin
     sentences.push_back("In the last " + number_text(before.window, "%.1f") + " s " + before.own + " and " +
                         before.other + " bound its motion longer than any other pair: for " +
                         number_text(before.bound, "%.1f") + " s.");
+    sentences.push_back("It was nearest to its goal " + number_text(before.nearest_ago, "%.1f") + " s ago, with " +
+                        number_text(before.nearest) + " rad or m to go; then " + before.nearest_own + " and " +
+                        before.nearest_other + " bound its motion.");
   }
   if (!status.recovery_action().empty()) sentences.push_back("Its planner " + status.recovery_action() + ".");
 }
@@ -166,14 +169,20 @@ LongestBinding longest_binding(RecordedCell& cell, const std::string& arm, bus::
       std::chrono::duration_cast<bus::Clock::duration>(std::chrono::duration<double>(present->value.elapsed()));
   const auto begin = std::max(at - std::min<bus::Clock::duration>(kWindow, elapsed), cell.index().begin);
   std::map<std::pair<std::string, std::string>, int> looks;
+  LongestBinding longest{.window = std::chrono::duration<double>(at - begin).count()};
   for (auto time = begin; time < at; time += kBetweenLooks) {
     cell.move_to(time);
     const auto* then = cell.state().goal(arm);
     if (then == nullptr || then->value.goal() != goal || !then->value.has_binding()) continue;
+    const bool first = looks.empty();
     ++looks[{then->value.binding_own(), then->value.binding_other()}];
+    if (!first && then->value.distance_to_goal() >= longest.nearest) continue;
+    longest.nearest = then->value.distance_to_goal();
+    longest.nearest_ago = std::chrono::duration<double>(at - time).count();
+    longest.nearest_own = then->value.binding_own();
+    longest.nearest_other = then->value.binding_other();
   }
   cell.move_to(at);
-  LongestBinding longest{.window = std::chrono::duration<double>(at - begin).count()};
   const auto most =
       std::max_element(looks.begin(), looks.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   if (most == looks.end()) return longest;

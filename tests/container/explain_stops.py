@@ -388,7 +388,8 @@ def explained(hecaton, recording, arm, at):
     sentences = json.loads(done.stdout)["sentences"]
     about = [sentence for sentence in sentences if sentence.startswith((f"{arm} waits for", "Goal "))]
     causes = [(found[1], found[2] or "") for found in map(CAUSE.search, about) if found]
-    bodies = [found[1] for found in map(BINDING.search, sentences) if found]  # at that time, then the one that bound it the longest
+    # At that time, the one that bound it the longest, and the one that did when the arm was nearest to its goal.
+    bodies = [found[1] for found in map(BINDING.search, sentences) if found]
     return sentences, causes + [("path_blocked", body) for body in bodies[-1:]]
 
 

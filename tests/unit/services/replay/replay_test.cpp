@@ -602,6 +602,7 @@ TEST(Explain, NamesThePairThatBoundAnArmTheLongest) {
     goal.elapsed(0.1 * i);
     goal.has_binding(i < 40);
     goal.binding_other(i < 10 ? "post" : "west/forearm");
+    goal.distance_to_goal(i == 5 ? 0.25 : 0.75);
     tape.write(goal, i * 100ms, 4);
   }
   goal = goal_status("g2", msg::GoalState::GOAL_ACTIVE, 51);
@@ -622,6 +623,10 @@ TEST(Explain, NamesThePairThatBoundAnArmTheLongest) {
                       "3.0 s."),
             std::string::npos)
       << text;
+  EXPECT_NE(text.find("s ago, with 0.25 rad or m to go; then north/wrist and post bound its motion."),
+            std::string::npos)
+      << text;
+  EXPECT_NEAR(longest.nearest_ago, 4.45, 0.1);
   EXPECT_EQ(longest_binding(cell, "north", index.end).bound, 0.0) << "a new goal";
 }
 
