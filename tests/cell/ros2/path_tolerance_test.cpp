@@ -1,8 +1,11 @@
 /// Trajectories with and without path tolerances, and something that comes into their way while an arm follows them.
 
 #include <cmath>
+#include <cstdlib>
 #include <future>
 #include <limits>
+#include <map>
+#include <random>
 #include <utility>
 
 #include "planner/model/kinematics.hpp"
@@ -240,6 +243,62 @@ TEST_F(StoneOnTheWay, EndsTheTrajectoryWhenSomethingPushesTheArmOutOfThePathTole
   const std::string& why = result.result().error_string();
   EXPECT_NE(why.find("joint"), std::string::npos) << why;
   std::cout << why << '\n';
+}
+
+/// Number of random sets of trajectories; HECATON_SEEDS=20 for the long run.
+int number_of_seeds() {
+  const char* wanted = std::getenv("HECATON_SEEDS");
+  return wanted == nullptr ? 2 : std::atoi(wanted);
+}
+
+// All three go into the zone that they share, and back, each bound to its path.
+TEST_F(Ros2Cell, EndsConflictingTrajectoriesWithPathTolerancesAsDocumented) {
+  const std::vector<double> ready{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
+  const std::vector<double> rest{0.0, -1.9, 2.6, 0.0, 0.6, 0.0};
+  const std::vector<std::string> arms{"north", "west", "east"};
+  const Cell cell = connect();
+  std::map<std::string, int> outcomes;
+  double worst = 0.0;
+  for (int seed = 1; seed <= number_of_seeds(); ++seed) {
+    std::mt19937 random(static_cast<unsigned>(seed));
+    const auto draw = [&](double from, double to) { return std::uniform_real_distribution<double>(from, to)(random); };
+    for (const std::string& arm : arms) static_cast<void>(home(cell, arm));
+    for (const auto& around : {ready, rest, ready}) {
+      std::vector<std::unique_ptr<Following>> all;
+      for (const std::string& arm : arms) {
+        std::vector<double> to = around;
+        std::vector<double> tolerance(6);
+        for (double& q : to) q += draw(-0.15, 0.15);
+        for (double& entry : tolerance) entry = draw(0.05, 0.4);
+        all.push_back(
+            std::make_unique<Following>(*peer_, arm, cell.arm(arm).state(kLong).q, to, draw(2.0, 4.0), tolerance));
+        all.back()->goal().goal_time_tolerance().sec(20);
+      }
+      for (auto& following : all) following->begin();
+      std::vector<std::future<Result>> ends;
+      for (auto& following : all) {
+        ends.push_back(std::async(std::launch::async, [&following] { return following->end(); }));
+      }
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        const Result result = ends[i].get();
+        const int code = result.result().error_code();
+        const std::string& why = result.result().error_string();
+        ++outcomes[std::to_string(code)];
+        if (code != 0) std::cout << "seed " << seed << ", " << arms[i] << ": " << code << ' ' << why << '\n';
+        const bool ends_in_ball = code == -1 && why.starts_with("the planner rejects the trajectory");
+        EXPECT_TRUE(code == 0 || code == -4 || code == -5 || ends_in_ball) << arms[i] << ": " << code << ' ' << why;
+        EXPECT_EQ(result.status(), code == 0 ? kSucceeded : kAborted) << arms[i] << ": " << why;
+        EXPECT_TRUE(code != -5 || why.find(" m from ") != std::string::npos) << "the pair: " << why;
+        if (code == -4) continue;
+        EXPECT_LE(all[i]->largest_share(), 1.0) << arms[i];
+        worst = std::max(worst, all[i]->largest_share());
+      }
+    }
+  }
+  for (const std::string& arm : arms) static_cast<void>(home(cell, arm));
+  for (const auto& [code, count] : outcomes) std::cout << "code " << code << ": " << count << '\n';
+  std::cout << "largest deviation " << worst << " of the tolerance\n";
+  EXPECT_EQ(cell.status(kLong).contacts->contacts, 0U);
 }
 
 }  // namespace
