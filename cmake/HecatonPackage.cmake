@@ -70,7 +70,7 @@ set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python package of Hecaton: drive a runni
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hecaton)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 get_property(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS GLOBAL PROPERTY HECATON_PYTHON_DEPENDS)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS hecaton)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS hecaton) # robots by name
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION "C++ client library of Hecaton, and headers of device plug-ins: shared library, CMake package, pkg-config file")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_SUGGESTS libeigen3-dev)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME libhecaton-dev)

@@ -1,8 +1,11 @@
 /// CellModel and its results as classes of `_hecaton`.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
+#include <string>
 
 #include <hecaton/client.hpp>
 
@@ -114,6 +117,21 @@ py::tuple trajectory_of(const PlanAnswer& answer, double period) {
     return points[row].qd[static_cast<Eigen::Index>(column)];
   };
   return py::make_tuple(array_of(times), by_arm(answer, points.size(), q), by_arm(answer, points.size(), qd));
+}
+
+/// "<hecaton.PlanAnswer solved: north, west; 7 points, 3.2 s, length 2.41, clearance 0.034 m>"
+std::string representation(const PlanAnswer& answer) {
+  std::string text = "<hecaton.PlanAnswer " + name_of(answer.plan.status) + ": ";
+  if (!answer.plan.solved()) return text + answer.plan.reason + ">";
+  for (std::size_t i = 0; i < answer.arms.size(); ++i) text += (i > 0 ? ", " : "") + answer.arms[i];
+  const auto rounded = [](double value) {
+    std::array<char, 32> digits{};
+    const int size = std::snprintf(digits.data(), digits.size(), "%.3g", value);
+    return std::string(digits.data(), static_cast<std::size_t>(size));
+  };
+  const double duration = answer.trajectory.empty() ? 0.0 : answer.trajectory.duration();
+  return text + "; " + std::to_string(answer.plan.path.size()) + " points, " + rounded(duration) + " s, length " +
+         rounded(answer.plan.length) + ", clearance " + rounded(answer.clearance) + " m>";
 }
 
 py::dict limits_of(const planner::JointLimits& limits) {
@@ -248,7 +266,8 @@ void bind_offline(py::module_& module) {
           "trajectory", [](const PlanAnswer& answer, const Number& period) { return trajectory_of(answer, period); },
           py::arg("period") = Number{0.01},
           "Times (T,), and for each planned arm positions and velocities, arrays (T, joints).")
-      .def("__bool__", [](const PlanAnswer& answer) { return answer.plan.solved(); });
+      .def("__bool__", [](const PlanAnswer& answer) { return answer.plan.solved(); })
+      .def("__repr__", &representation);
 
   py::class_<CellModel, Shared> model(module, "CellModel", "A loaded cell file.");
   model

@@ -283,7 +283,8 @@ void bind_session(py::module_& module) {
       .def("watch_faults", &Session::watch_faults)
       .def("next_event", &Session::next_event)
       .def("close", &Session::close)
-      .def_property_readonly("closed", &Session::closed);
+      .def_property_readonly("closed", &Session::closed)
+      .def_property_readonly("arms", &Session::arms);
   bind_edits(session);
   bind_tools(session);
 }

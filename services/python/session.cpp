@@ -72,10 +72,15 @@ Goal Session::goal(const std::string& id) const {
   return found->second;
 }
 
+std::vector<std::string> Session::arms() const {
+  const Unlocked<Cell> cell(this->cell());
+  const py::gil_scoped_release unlocked;
+  return cell->arms();
+}
+
 void Session::require_arm(const std::string& name, Seconds limit) {
   const auto is_known = [&] {
-    const Unlocked<Cell> cell(this->cell());
-    const std::vector<std::string> names = cell->arms();
+    const std::vector<std::string> names = arms();
     return std::find(names.begin(), names.end(), name) != names.end();
   };
   if (is_known()) return;

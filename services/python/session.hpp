@@ -75,6 +75,8 @@ class Session {
     return call(limit, work);
   }
 
+  /// Names of the arms as far as the connection knows them. Does not wait.
+  [[nodiscard]] std::vector<std::string> arms() const;
   /// Returns when the cell has an arm `name`. Does not wait for a name that the connection knows; otherwise it requests
   /// the status, to be sure. Throws UnknownName. When no supervisor answers within the limit, a connection without a
   /// cell file accepts any name.

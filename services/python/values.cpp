@@ -136,8 +136,10 @@ Pose pose_xyz_rpy(const Number& x, const Number& y, const Number& z, const Numbe
   return Pose::xyz_rpy(x, y, z, roll, pitch, yaw);
 }
 
-ConvexHull hull_of(const py::object& numbers) {
-  const Array points = matrix_in(numbers, 3, "points must be an array of shape (N, 3)");
+/// `source`: an array, or a mesh whose `vertices` are one, such as that of trimesh.
+ConvexHull hull_of(const py::object& source) {
+  const py::object numbers = py::hasattr(source, "vertices") ? py::object(source.attr("vertices")) : source;
+  const Array points = matrix_in(numbers, 3, "points must be an array of shape (N, 3), or a mesh with such vertices");
   ConvexHull hull;
   const auto rows = points.unchecked<2>();
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) hull.points.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
@@ -208,7 +210,8 @@ void bind_shapes(py::module_& module) {
                     "The convex hull of points. A hull of more than 64 vertices becomes one of 64 that encloses it.")
       .computed("points", &points_of<ConvexHull>, "in the obstacle's frame, shape (N, 3) [m]")
       .def(py::init(&hull_of), py::arg("points"),
-           "The hull of an array of shape (N, 3) [m], such as a mesh's vertices.");
+           "The hull of an array of shape (N, 3) [m], or of a mesh with such an array `vertices`, such as one of "
+           "trimesh.");
   Value<Points>(module, "Points",
                 "Balls of one radius about points, such as a depth camera sees. No arm can carry them, and they cannot "
                 "fall.")

@@ -125,6 +125,7 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
                                              " points, but must have 1 to " + std::to_string(most));
   }
   TrajectoryOrder order;
+  order.joint_names = arm.model->joint_names;
   order.start = q;
   planner::TimedPoint before{0.0, q, {}, {}};
   for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
@@ -241,9 +242,9 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
   for (Eigen::Index j = 0; j < input.q.size(); ++j) {
     const double error = std::abs(input.q[j] - order_.trajectory.end()[j]);
     if (error > order_.goal_tolerance[j]) {
-      return end(TrajectoryCode::kGoalTolerance, "joint number " + std::to_string(j + 1) + " ends " + rounded(error) +
-                                                     " from the goal (tolerance " + rounded(order_.goal_tolerance[j]) +
-                                                     ")");
+      return end(TrajectoryCode::kGoalTolerance, "joint " + order_.joint_names[static_cast<std::size_t>(j)] + " ends " +
+                                                     rounded(error) + " from the goal (tolerance " +
+                                                     rounded(order_.goal_tolerance[j]) + ")");
     }
   }
   return end(TrajectoryCode::kSuccessful, "");

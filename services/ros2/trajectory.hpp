@@ -28,10 +28,11 @@ enum class TrajectoryCode : std::int32_t {
 
 /// A trajectory that has passed the checks.
 struct TrajectoryOrder {
-  planner::TimedTrajectory trajectory;  ///< with path tolerances; a first point after time 0 begins at the arm
-  planner::JointVector start;           ///< of the arm, for people [rad | m]
-  planner::JointVector goal_tolerance;  ///< [rad | m]; infinite: the planner's tolerance counts alone
-  double goal_time_tolerance = 0.0;     ///< after the last point's time [s]; 0: no limit
+  planner::TimedTrajectory trajectory;   ///< with path tolerances; a first point after time 0 begins at the arm
+  std::vector<std::string> joint_names;  ///< from base to tip
+  planner::JointVector start;            ///< of the arm, for people [rad | m]
+  planner::JointVector goal_tolerance;   ///< [rad | m]; infinite: the planner's tolerance counts alone
+  double goal_time_tolerance = 0.0;      ///< after the last point's time [s]; 0: no limit
 
   [[nodiscard]] double duration() const { return trajectory.duration(); }
   /// The state that the trajectory demands at `time`.

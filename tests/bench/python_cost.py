@@ -40,6 +40,23 @@ def cost(name, calls, call):
     print(f"{name}: median {took[len(took) // 2]:.1f} µs, p99 {took[len(took) * 99 // 100]:.1f} µs", flush=True)
 
 
+def edit(make):
+    """Makes an edit, as long as a busy machine lets it wait. One without an answer may have been made: then its repetition is
+    rejected."""
+    import hecaton
+    unanswered = False
+    while True:
+        try:
+            return make()
+        except (hecaton.NoAnswer, hecaton.Unreachable) as error:
+            unanswered = True
+            print(f"  {error}", flush=True)
+        except hecaton.Rejected:
+            if not unanswered:
+                raise
+            return None
+
+
 def use(cell, arms, poses, seconds):
     """Uses the cell, and returns the resident memory at the end of each minute [MB]."""
     import hecaton
@@ -50,22 +67,22 @@ def use(cell, arms, poses, seconds):
     goals, marks, outcomes = [], [], collections.Counter()
     for tick in range(10 * int(seconds)):
         for arm in arms:
-            arm.state()
+            arm.state(60)
         for goal in goals:
             goal.progress
         if tick % 10 == 0:
-            outcomes.update(goal.wait(60, check=False).kind for goal in goals)
+            outcomes.update(goal.wait(120, check=False).kind for goal in goals)
             second = tick // 10
             step = np.array([0.02 if second % 2 else 0.0, 0, 0, 0, 0, 0])
             if second % 4 < 2:
                 goals = [arm.go_to(q + step) for arm, q in zip(arms, poses)]
             else:
-                goals = [arm.follow(times, np.linspace(arm.state().q, q + step, 9)) for arm, q in zip(arms, poses)]
+                goals = [arm.follow(times, np.linspace(arm.state(60).q, q + step, 9)) for arm, q in zip(arms, poses)]
             name = f"part{second % 8}"
             if second % 16 < 8:
-                cell.world.add(name, hecaton.ConvexHull(box), hecaton.Pose.xyz(3.0, 3.0, 1.0))
+                edit(lambda: cell.world.add(name, hecaton.ConvexHull(box), hecaton.Pose.xyz(3.0, 3.0, 1.0), timeout=60))
             else:
-                cell.world.remove(name)
+                edit(lambda: cell.world.remove(name, timeout=60))
             cell.world.obstacles(60)
             cell.status(60)
             cell.faults()

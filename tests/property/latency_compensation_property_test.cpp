@@ -1,7 +1,10 @@
 // Delayed states never lead to a contact: docs/explanation/0006-latency-compensation.md against adversaries.
+#include <algorithm>
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -54,6 +57,18 @@ TEST(LatencyCompensationProperty, LeastDistanceIsALowerBoundForAnyMotionWithinLi
   EXPECT_LT(smallest_slack, 1e-3);  // the bound is tight
 }
 
+/// Lets an arm at `from` follow a straight trajectory, most of the time with a path tolerance.
+void follow(ArmController& controller, const JointVector& from, const JointVector& to, double speed, Random& random) {
+  TimedTrajectory trajectory;
+  const double farthest = (to - from).cwiseAbs().maxCoeff();
+  const double duration = std::max(0.2, farthest / (speed * random.uniform(0.2, 1.0)));
+  trajectory.points = {{duration, to, joints({0.0, 0.0}), {}}};
+  if (random.uniform() < 0.8) {
+    trajectory.path_tolerance = joints({random.uniform(0.03, 0.3), random.uniform(0.03, 0.3)});
+  }
+  controller.set_goal(to, std::make_shared<const TimedTrajectory>(std::move(trajectory)));
+}
+
 struct Limits {
   double speed;         ///< [m/s]
   double acceleration;  ///< [m/s²]
@@ -65,6 +80,7 @@ struct DuelOptions {
   bool lags = false;        ///< both arms are behind their set-points, each as its own servo
   bool delay_known = true;  ///< the controllers know by how much
   bool aside = false;       ///< the balls are not on one line: they pass each other
+  bool timed = false;       ///< goals are trajectories, most with path tolerances
   double oldest = 0.1;      ///< mean age of states, at most [s]
   std::uint64_t seed = 5;
 };
@@ -156,7 +172,9 @@ class Duel {
   void set_goal(int i) {
     const JointVector beyond = drives_[1 - i].q() + 0.5 * (drives_[1 - i].q() - drives_[i].q());
     const JointVector away = joints({random_.uniform(0.0, i == 0 ? -1.0 : 1.0), 0.0});
-    controllers_[i].set_goal(random_.uniform() < 0.7 ? beyond : away);
+    const JointVector to = random_.uniform() < 0.7 ? beyond : away;
+    if (options_.timed) return follow(controllers_[i], drives_[i].q(), to, arms_[i].limits.velocity[0], random_);
+    controllers_[i].set_goal(to);
   }
 
   void order_speed(int i) {
@@ -217,10 +235,12 @@ class Starved {
 /// A ball among static posts. Its planner and driver stall, and their messages are delayed.
 class StarvedRun {
  public:
-  /// `naive`: extrapolates the own arm at constant velocity, and compares it with the newest set-point.
-  StarvedRun(const NetworkParameters& network, double longest_stall, bool naive, std::uint64_t seed)
+  /// `naive`: extrapolates the own arm at constant velocity, and compares it with the newest set-point. `timed`: goals
+  /// are trajectories, most with path tolerances.
+  StarvedRun(const NetworkParameters& network, double longest_stall, bool naive, bool timed, std::uint64_t seed)
       : random_(seed),
         naive_(naive),
+        timed_(timed),
         planner_(kPeriod, 0.05, longest_stall, random_.next()),
         driver_(kStep, 0.01, longest_stall, random_.next()),
         commands_(network, random_.next()),
@@ -293,7 +313,12 @@ class StarvedRun {
     states_.receive(now);
     if (!states_.known()) return;
     if (random_.uniform() < 0.01) {
-      controller_->set_goal(joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)}));
+      const JointVector to = joints({random_.uniform(-0.9, 0.9), random_.uniform(-0.9, 0.9)});
+      if (timed_) {
+        follow(*controller_, drive_->q(), to, arm_.limits.velocity[0], random_);
+      } else {
+        controller_->set_goal(to);
+      }
     }
     OwnArmFeedback feedback = states_.newest();
     feedback.age = states_.age(now);
@@ -311,6 +336,7 @@ class StarvedRun {
 
   Random random_;
   bool naive_;
+  bool timed_;
   Arm arm_ = test::planar_point("ball", kRadius);
   std::vector<world::Obstacle> posts_;
   std::vector<world::ObstacleState> standing_;
@@ -324,14 +350,14 @@ class StarvedRun {
   std::uint64_t sent_ = 0;
 };
 
-StarvedRun::Outcome run_starved(bool naive) {
+StarvedRun::Outcome run_starved(bool naive, bool timed = false) {
   Random random(21);
   StarvedRun::Outcome all;
   for (int trial = 0; trial < 200; ++trial) {
     const double age = random.uniform(0.0, 0.1);
     const NetworkParameters network{.age = age, .jitter = random.uniform(0.0, age)};
     const double stall = random.uniform(0.0, 0.5);
-    const auto one = StarvedRun(network, stall, naive, random.next()).run(20.0);
+    const auto one = StarvedRun(network, stall, naive, timed, random.next()).run(20.0);
     all.smallest = std::min(all.smallest, one.smallest);
     all.way += one.way;
   }
@@ -344,6 +370,12 @@ TEST(LatencyCompensationProperty, ArmTouchesNothingWhenItsProcessesStall) {
   EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
 }
 
+TEST(LatencyCompensationProperty, ArmOnTrajectoriesTouchesNothingWhenItsProcessesStall) {
+  const auto outcome = run_starved(false, true);
+  EXPECT_GT(outcome.smallest, 0.0);
+  EXPECT_GT(outcome.way, 400.0) << "and it gets about, in 4000 s";
+}
+
 // The planner then assumes that an arm without set-points is nearer to its goal than it is, and commands it there.
 TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConstantVelocity) {
   EXPECT_LT(run_starved(true).smallest, 0.0);
@@ -351,6 +383,11 @@ TEST(LatencyCompensationProperty, ArmTouchesWhenItsOwnStateIsExtrapolatedAtConst
 
 TEST(LatencyCompensationProperty, TwoArmsThatApproachEachOtherNeverTouch) {
   EXPECT_GT(smallest_of_duels({}), 0.02);  // dₛ is 0.03
+}
+
+TEST(LatencyCompensationProperty, TwoArmsOnTrajectoriesNeverTouch) {
+  EXPECT_GT(smallest_of_duels({.timed = true}), 0.02);  // dₛ is 0.03
+  EXPECT_GT(smallest_of_duels({.orders = true, .aside = true, .timed = true, .oldest = 0.2}), 0.02);
 }
 
 TEST(LatencyCompensationProperty, TwoArmsNeverTouchWhileTheirSpeedOverridesChange) {

@@ -1,6 +1,6 @@
 """Types of the native part of the package."""
 
-from typing import Any, Literal, Mapping, Sequence, TypeAlias
+from typing import Any, Literal, Mapping, Protocol, Sequence, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,10 @@ NODE_KINDS: tuple[str, ...]
 NODE_STATES: tuple[str, ...]
 SEVERITIES: tuple[str, ...]
 HIGHEST_DOMAIN: int
+
+class _Mesh(Protocol):
+    @property
+    def vertices(self) -> ArrayLike: ...
 
 class Pose:
     def __init__(self, position: ArrayLike = ..., rotation: ArrayLike = ...) -> None: ...
@@ -67,7 +71,7 @@ class Capsule:
     def length(self) -> float: ...
 
 class ConvexHull:
-    def __init__(self, points: ArrayLike) -> None: ...
+    def __init__(self, points: ArrayLike | _Mesh) -> None: ...
     @property
     def points(self) -> Vector: ...
 
@@ -362,6 +366,8 @@ class Session:
     def close(self) -> None: ...
     @property
     def closed(self) -> bool: ...
+    @property
+    def arms(self) -> list[str]: ...
 
 class PlanAnswer:
     @property

@@ -14,7 +14,7 @@ from . import _arguments, _hecaton
 from ._arguments import Motion, Numbers, Rows, Shape, Target, limit
 from ._events import Events
 from ._hecaton import ArmState, CellStatus, Fault, ObstacleState, Outcome, Pose, Progress, Receipt, SavedRecording, ToolState
-from .errors import GoalFailed, InvalidArgument, Rejected, WaitTimeout
+from .errors import Error, GoalFailed, InvalidArgument, Rejected, WaitTimeout
 
 __all__ = ["Cell", "Arm", "Goal", "Signals", "Tool", "World", "connect", "ANSWER_LIMIT", "GRIPPER_LIMIT"]
 
@@ -138,7 +138,12 @@ class Goal:
         raise failure(f"goal of arm {self.arm}: {outcome}", kind, subject or self.arm, outcome)
 
     def __repr__(self) -> str:
-        return f"<hecaton.Goal {self.id} of arm {self.arm}>"
+        try:
+            outcome = self.outcome
+            state = f": {outcome}" if outcome.progress else ": not answered yet"
+        except Error:
+            state = ""  # the connection is closed
+        return f"<hecaton.Goal {self.id} of arm {self.arm}{state}>"
 
 
 class Tool:
@@ -354,6 +359,9 @@ class World:
         """All obstacles, with their age. The first call waits until their states have arrived."""
         return self._link.session.obstacles(limit("timeout", timeout))
 
+    def __repr__(self) -> str:
+        return f"<hecaton.World of {Cell(self._link)!r}>"
+
 
 class Cell:
     """A connection to a running cell; connect() makes it. Usable from any thread.
@@ -447,7 +455,11 @@ class Cell:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<hecaton.Cell{' (closed)' if self._link.session.closed else ''}>"
+        try:
+            arms = ", ".join(self._link.session.arms)
+        except Error:
+            return "<hecaton.Cell (closed)>"
+        return f"<hecaton.Cell with arms {arms}>" if arms else "<hecaton.Cell>"
 
 
 def connect(cell_file: str | os.PathLike[str] | None = None, *, domain: int | None = None,

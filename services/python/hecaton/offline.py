@@ -62,6 +62,12 @@ class SimulationReport(NamedTuple):
     smallest: Separation | None
     missed: list[MissedTask]
 
+    def __repr__(self) -> str:
+        """All values; of the times their number alone."""
+        values = dict(self._asdict(), reach_times=f"<{len(self.reach_times)} times>")
+        texts = [f"{key}={value if key == 'reach_times' else repr(value)}" for key, value in values.items()]
+        return f"SimulationReport({', '.join(texts)})"
+
 
 class ArmModel:
     """An arm of a cell file: its joints and its kinematics. A configuration may be the name of a pose."""
@@ -133,7 +139,7 @@ class ArmModel:
         return self._poses[q]
 
     def __repr__(self) -> str:
-        return f"<hecaton.ArmModel {self._name}>"
+        return f"<hecaton.ArmModel {self._name}: {len(self.joint_names)} joints; poses {', '.join(self._poses) or 'none'}>"
 
 
 class CellFile:
@@ -201,7 +207,8 @@ class CellFile:
         return {name: self.arm(name)._joints(q) for name, q in given.items()}
 
     def __repr__(self) -> str:
-        return f"<hecaton.CellFile {self.name}>"
+        obstacles = ", ".join(self.obstacles) or "none"
+        return f"<hecaton.CellFile {self.name}: arms {', '.join(self._model.arms)}; obstacles {obstacles}>"
 
 
 def load(path: str | os.PathLike[str]) -> CellFile:

@@ -6,7 +6,8 @@
 ///        cyclone_peer latency DOMAIN PARTITION ARM ROS_DOMAIN TOPIC COUNT
 ///
 /// `watch` writes one JSON object a line into FILE for each sample: {topic, type, cdr, value}, with the bytes as they
-/// came and as Cyclone DDS has decoded them. It ends when each topic has COUNT samples. DELIVERY is `latched`,
+/// came and as Cyclone DDS has decoded them, and the user data of its writer on stderr. It ends when each topic has
+/// COUNT samples. DELIVERY is `latched`,
 /// `reliable` or `best_effort`. PARTITION may be empty. `goal` sends the arm to joint positions and ends when it is
 /// there. `latency` takes the time from a state of a moving arm to the joint states of ROS 2 with its positions.
 
@@ -164,12 +165,25 @@ struct Watch {
     dds_sample_info_t infos[kMost];
     const auto count = checked(dds_takecdr(reader, data, kMost, infos, DDS_ANY_STATE), topic);
     for (int i = 0; i < count; ++i) {
+      if (infos[i].valid_data && seen == 0) tell_user_data(infos[i].publication_handle);
       if (infos[i].valid_data) write(*data[i], out);
       ddsi_serdata_unref(data[i]);
     }
   }
 
  private:
+  /// ROS 2 puts the hash of the type there.
+  void tell_user_data(dds_instance_handle_t writer) const {
+    dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+    if (endpoint == nullptr) return;
+    void* bytes = nullptr;
+    std::size_t size = 0;
+    if (dds_qget_userdata(endpoint->qos, &bytes, &size) && size > 0) {
+      std::fprintf(stderr, "%s: user data %.*s\n", topic.c_str(), static_cast<int>(size), static_cast<char*>(bytes));
+    }
+    dds_free(bytes);
+    dds_builtintopic_free_endpoint(endpoint);
+  }
   void write(const ddsi_serdata& data, std::ostream& out) {
     std::vector<unsigned char> bytes(ddsi_serdata_size(&data));
     ddsi_serdata_to_ser(&data, 0, bytes.size(), bytes.data());

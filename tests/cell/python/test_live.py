@@ -398,6 +398,17 @@ class Connections(LiveCell):
         self.assertTrue(all(node.alive for node in status.nodes))
         self.assertEqual([fault for fault in self.cell.faults() if not fault.cleared], [])
 
+    def test_handles_say_what_they_are_when_printed(self):
+        with hecaton.connect(self.file, domain=self.domain.number, timeout=60) as cell:
+            goal = cell.arm("north").go_to("home")
+            goal.wait(LONG)
+            self.assertEqual(repr(goal), f"<hecaton.Goal {goal.id} of arm north: reached>")
+            self.assertEqual(repr(cell), "<hecaton.Cell with arms north, west, east>")
+            self.assertEqual(repr(cell.world), f"<hecaton.World of {cell!r}>")
+            self.assertEqual(repr(cell.arm("west")), "<hecaton.Arm west>")
+        self.assertEqual(repr(cell), "<hecaton.Cell (closed)>")
+        self.assertEqual(repr(goal), f"<hecaton.Goal {goal.id} of arm north>")
+
     def test_unreachable_cell_raises(self):
         with self.assertRaises(hecaton.Unreachable) as raised:
             hecaton.connect(domain=self.domain.number + 100 if self.domain.number < 100 else 199, timeout=0.5)

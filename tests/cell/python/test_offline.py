@@ -85,6 +85,16 @@ class Kinematics(unittest.TestCase):
             hecaton.Pose((0, 0, 0), (1, 1, 0, 0))
 
 
+class Meshes(unittest.TestCase):
+    def test_hull_takes_an_array_or_a_mesh(self):
+        class Mesh:  # as those of trimesh
+            vertices = np.random.default_rng(1).normal(size=(40, 3))
+            faces = np.zeros((2, 3), dtype=int)
+
+        np.testing.assert_array_equal(hecaton.ConvexHull(Mesh()).points, Mesh.vertices)
+        np.testing.assert_array_equal(hecaton.ConvexHull(Mesh.vertices.tolist()).points, Mesh.vertices)
+
+
 class Refusals(unittest.TestCase):
     """A wrong argument is one sentence with its name, its value and what is allowed."""
 
@@ -131,7 +141,7 @@ class Refusals(unittest.TestCase):
         self.refused("(1, 2) must be three numbers, such as [0.1, 0, 0.5]", hecaton.Pose, (1, 2))
         self.refused("rotation = 'x' must be a unit quaternion (w, x, y, z)", hecaton.Pose, rotation="x")
         self.refused("a pose matrix must have the shape (4, 4)", hecaton.Pose.from_matrix, "x")
-        self.refused("points must be an array of shape (N, 3)", hecaton.ConvexHull, None)
+        self.refused("points must be an array of shape (N, 3), or a mesh with such vertices", hecaton.ConvexHull, None)
 
     def test_names_the_allowed_domains(self):
         self.refused("domain = 500 must be a whole number from 0 to 199", hecaton.connect, domain=500)
@@ -176,6 +186,21 @@ class Planning(unittest.TestCase):
         self.assertNotEqual(plan.reason, "")
         with self.assertRaises(hecaton.InvalidArgument):
             cell.plan({"north": "ready"}, method="magic")
+
+    def test_results_say_what_they_are_when_printed(self):
+        cell = hecaton.load(THREE_PUMA)
+        self.assertEqual(repr(cell), "<hecaton.CellFile three_puma: arms north, west, east; obstacles ball, shuttle, post>")
+        self.assertEqual(repr(cell.arm("west")), "<hecaton.ArmModel west: 6 joints; poses home, ready>")
+        plan = cell.plan({"north": "ready", "west": "ready"})
+        self.assertRegex(repr(plan), rf"^<hecaton\.PlanAnswer solved: north, west; {len(plan.path['north'])} points, "
+                                     r"[\d.]+ s, length [\d.]+, clearance [\d.]+ m>$")
+        failed = cell.plan({"north": np.array([0, 0.9, 0.0, 0, 0, 0])})
+        self.assertEqual(str(failed), f"<hecaton.PlanAnswer goal_invalid: {failed.reason}>")
+        report = hecaton.load(CELLS / "planar_2r.yaml").simulate(4)
+        self.assertIn(f"reach_times=<{len(report.reach_times)} times>, smallest={report.smallest!r}", repr(report))
+        self.assertIn(f"SimulationReport(tasks={report.tasks}, reached={report.reached}, ", repr(report))
+        self.assertEqual(repr(hecaton.Pose.xyz(1, 2, 3)),
+                         "Pose(position=array([1., 2., 3.]), rotation=array([1., 0., 0., 0.]))")
 
     def test_simulation_repeats_itself(self):
         cell = hecaton.load(CELLS / "planar_2r.yaml")

@@ -23,7 +23,7 @@ PAGE = HERE.parents[2] / "docs" / "how-to" / "python.md"
 class Stubs(unittest.TestCase):
     def setUp(self):
         self.tree = ast.parse(STUB.read_text())
-        self.classes = {node.name: node for node in self.tree.body if isinstance(node, ast.ClassDef)}
+        self.classes = {node.name: node for node in self.tree.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")}
 
     def test_stub_has_each_class_and_constant_of_the_module(self):
         constants = {node.target.id for node in self.tree.body if isinstance(node, ast.AnnAssign) and node.value is None}
@@ -100,6 +100,12 @@ class Documentation(unittest.TestCase):
             for key, member in vars(value).items():
                 if not key.startswith("_") and (inspect.isfunction(member) or isinstance(member, property)):
                     self.assertTrue(member.__doc__, f"{name}.{key}")
+
+    def test_each_public_class_says_what_it_is_when_printed(self):
+        for name in hecaton.__all__:
+            value = getattr(hecaton, name)
+            if inspect.isclass(value):
+                self.assertIsNot(value.__repr__, object.__repr__, name)
 
     def test_all_lists_the_public_names(self):
         public = {name for name, value in vars(hecaton).items()

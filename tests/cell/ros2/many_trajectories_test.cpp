@@ -2,6 +2,8 @@
 /// docs/reference/ros2.md names, and nothing touches.
 
 #include <cstdlib>
+#include <functional>
+#include <limits>
 #include <map>
 #include <random>
 #include <thread>
@@ -38,14 +40,23 @@ bool kill_planner(const std::string& arm, int domain) {
 /// Sends an arm one trajectory after the other and judges how each ends.
 class Customer {
  public:
-  Customer(RosPeer& peer, Cell cell, std::string arm, unsigned seed)
-      : cell_(std::move(cell)), arm_(std::move(arm)), client_(peer, arm_), seed_(seed), random_(seed) {}
+  using DropStone =
+      std::function<void(const Cell&, const std::string& name, const std::string& arm, const std::vector<double>& q)>;
+
+  /// `drop_stone`: Ros2Cell::drop_stone.
+  Customer(RosPeer& peer, Cell cell, std::string arm, unsigned seed, DropStone drop_stone)
+      : cell_(std::move(cell)),
+        arm_(std::move(arm)),
+        client_(peer, arm_),
+        seed_(seed),
+        random_(seed),
+        drop_stone_(std::move(drop_stone)) {}
 
   [[nodiscard]] bool wait_available() { return client_.wait_available(); }
 
   void run(int trajectories) {
     for (int i = 0; i < trajectories; ++i) {
-      constexpr int kKinds = 6;
+      constexpr int kKinds = 8;
       switch (i % kKinds) {
         case 0:
           invalid(i / kKinds + static_cast<int>(seed_));
@@ -64,6 +75,12 @@ class Customer {
         }
         case 4:
           expect("with a path tolerance", send(with_path_tolerance(towards(i))), false);
+          break;
+        case 6:
+          outside_goal_tolerance();
+          break;
+        case 7:
+          pushed();
           break;
         default:
           expect("plain", send(towards(i)), false);
@@ -84,6 +101,8 @@ class Customer {
   };
   static inline const std::vector<double> kHome{0.0, -1.9, 2.6, 0.0, 0.6, 0.0};
   static inline const std::vector<double> kReady{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
+  /// Away from all others, the tool 0.7 m from the axis of the base.
+  static inline const std::vector<double> kAside{2.4, -1.0, 2.4, 0.0, 0.6, 0.0};
 
   double draw(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
   /// Orders come at any time.
@@ -158,6 +177,36 @@ class Customer {
     return result;
   }
 
+  /// Ends farther from its goal than the least tolerance allows: no drive is that exact.
+  void outside_goal_tolerance() {
+    Goal goal = smooth_to(kHome);
+    goal.goal_tolerance().resize(1);
+    goal.goal_tolerance()[0].name("joint2");
+    goal.goal_tolerance()[0].position(std::numeric_limits<double>::min());
+    expect_end("outside its goal tolerance", send(goal), kAborted, -5);
+  }
+  /// The arm turns its last joint alone, and a ball comes from above to where its tool is, and 50 mm deeper. The arm
+  /// must flee farther than the path tolerance.
+  void pushed() {
+    expect("aside", send(smooth_to(kAside)), false);
+    const std::vector<double> q = cell_.arm(arm_).state(kLong).q;
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      if (std::abs(q[j] - kAside[j]) > 0.1) return;  // something was in its way
+    }
+    std::vector<double> to = q;
+    to[5] += 0.5;
+    Goal goal = client_.smooth(q, to, 60.0);
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      auto& entry = goal.path_tolerance().emplace_back();
+      entry.name("joint" + std::to_string(j + 1));
+      entry.position(0.02);
+    }
+    const Sent sent = send(goal);
+    const std::string stone = "stone-" + arm_;
+    drop_stone_(cell_, stone, arm_, q);
+    expect_end("pushed off its path", sent, kAborted, -4);
+    EXPECT_NO_THROW(cell_.world().remove(stone, kLong));
+  }
   /// One of each error in turn.
   void invalid(int number) {
     Goal goal = towards(number);
@@ -200,6 +249,7 @@ class Customer {
   ActionClient client_;
   unsigned seed_;
   std::mt19937 random_;
+  DropStone drop_stone_;
   int sent_ = 0;
   std::map<std::string, int> outcomes_;
 };
@@ -210,7 +260,7 @@ TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
   std::vector<std::unique_ptr<Customer>> customers;
   for (std::size_t i = 0; i < arms.size(); ++i) {
     static_cast<void>(home(cell, arms[i]));
-    customers.push_back(std::make_unique<Customer>(*peer_, cell, arms[i], static_cast<unsigned>(2 * i)));
+    customers.push_back(std::make_unique<Customer>(*peer_, cell, arms[i], static_cast<unsigned>(2 * i), drop_stone));
     ASSERT_TRUE(customers.back()->wait_available()) << arms[i];
   }
   const int each = number_of_trajectories() / static_cast<int>(arms.size());
@@ -236,6 +286,7 @@ TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
   }
   for (const auto& [outcome, count] : all) std::cout << outcome << ": " << count << '\n';
   EXPECT_EQ(ended, sent) << "each has a result";
+  EXPECT_GT(all["pushed off its path: status 6, code -4"], 0);
   const CellStatus status = cell.status(kLong);
   ASSERT_TRUE(status.contacts);
   EXPECT_EQ(status.contacts->contacts, 0U);

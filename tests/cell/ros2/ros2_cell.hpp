@@ -18,6 +18,8 @@
 #include <hecaton/client.hpp>
 #include <idl/ros2/ros2PubSubTypes.h>
 
+#include "planner/model/kinematics.hpp"
+#include "services/config/cell_file.hpp"
 #include "tests/cell/cli/process.hpp"
 #include "tests/cell/ros2/ros_peer.hpp"
 #include "tests/support/free_domain.hpp"
@@ -151,12 +153,16 @@ class ActionClient {
 /// One cell for all tests. Every test leaves it in mode run.
 class Ros2Cell : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    const std::string plain = std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml";
+  static void SetUpTestSuite() { start_cell(three_puma()); }
+  static std::string three_puma() {
+    std::ifstream file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  /// Starts the cell of a file's text.
+  static void start_cell(const std::string& text) {
     const TemporaryFolder& folder = *(folder_ = std::make_unique<TemporaryFolder>());
     std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder.path() / "urdf");
-    std::ifstream file(plain);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string plain = folder.write("plain.yaml", text);
     cell_domain_ = std::make_unique<FreeDomain>();
     ros_domain_ = std::make_unique<FreeDomain>();
     const std::string domain = std::to_string(cell_domain_->number());
@@ -206,6 +212,38 @@ class Ros2Cell : public testing::Test {
   [[nodiscard]] static std::vector<double> home(const Cell& cell, const std::string& arm) {
     EXPECT_TRUE(cell.arm(arm).go_to("home").wait(kLong));
     return cell.arm(arm).state(kLong).q;
+  }
+
+  /// Where the tool of an arm is at q.
+  [[nodiscard]] static Pose tool_at(const std::string& arm, const std::vector<double>& q) {
+    const config::CellFile file = config::load_cell_file(cell_file_);
+    const auto found = std::find_if(file.cell.arms.begin(), file.cell.arms.end(),
+                                    [&](const planner::PlannedArm& planned) { return planned.arm.name == arm; });
+    planner::Kinematics kinematics;
+    const planner::JointVector joints = Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q));
+    planner::forward_kinematics(*found->arm.model, found->arm.X_WB, joints, kinematics);
+    const Eigen::Vector3d p = kinematics.X_WT.translation();
+    const Eigen::Quaterniond rotation(kinematics.X_WT.linear());
+    return {{p.x(), p.y(), p.z()}, {rotation.w(), rotation.x(), rotation.y(), rotation.z()}};
+  }
+
+  /// Adds a ball that comes from above to where the tool of an arm is at q, and 50 mm deeper. It moves in time with the
+  /// shuttle of the cell, which tells when the ball begins far above the arm.
+  static void drop_stone(const Cell& cell, const std::string& name, const std::string& arm,
+                         const std::vector<double>& q) {
+    constexpr double kMiddle = 0.9;  // of the shuttle [m]
+    constexpr Seconds kPeriod{10.0};
+    const auto is_above = [&](Seconds limit) {
+      const std::vector<ObstacleState> obstacles = cell.world().obstacles(limit);
+      return std::any_of(obstacles.begin(), obstacles.end(), [&](const ObstacleState& obstacle) {
+        return obstacle.name == "shuttle" && obstacle.pose.position.z < kMiddle;
+      });
+    };
+    static_cast<void>(is_above(kLong));
+    EXPECT_TRUE(cell.wait_until([&] { return is_above(Seconds::zero()); }, kLong));
+    Pose above = tool_at(arm, q);
+    above.position.z += 0.5;
+    EXPECT_NO_THROW(cell.world().add(name, Sphere{0.05}, above, Sine{{0.0, 0.0, -0.55}, kPeriod}, kLong));
   }
 
   inline static std::unique_ptr<TemporaryFolder> folder_;

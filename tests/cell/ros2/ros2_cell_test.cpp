@@ -229,6 +229,69 @@ TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
   cell.world().remove("part", kLong);
 }
 
+/// The newest goal of an arm is reached there.
+bool reaches(const Cell& cell, const std::string& arm, const std::vector<double>& q) {
+  return cell.wait_until(
+      [&] {
+        const auto goal = cell.arm(arm).goal();
+        if (!goal || goal->state != GoalState::kReached) return false;
+        return std::equal(q.begin(), q.end(), goal->q_goal.begin(), goal->q_goal.end(),
+                          [](double a, double b) { return std::abs(a - b) < 1e-6; });
+      },
+      kLong);
+}
+
+TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
+  const Cell cell = connect();
+  std::vector<double> q = home(cell, "north");
+  PeerWriter<sensor_msgs::msg::JointStatePubSubType> positions(*peer_, "rt/cell/north/goal_joints");
+  ASSERT_TRUE(positions.wait_matched());
+  for (std::size_t j = 0; j < q.size(); ++j) q[j] += kStep[j];
+  sensor_msgs::msg::JointState joints;
+  for (std::size_t j = q.size(); j-- > 0;) {  // in any order, with or without the prefix
+    joints.name().push_back((j % 2 == 0 ? "north_joint" : "joint") + std::to_string(j + 1));
+    joints.position().push_back(q[j]);
+  }
+  sensor_msgs::msg::JointState wrong = joints;
+  wrong.name()[0] = "elbow";
+  wrong.position().assign(q.size(), 0.0);
+  positions.write(wrong);
+  positions.write(joints);
+  EXPECT_TRUE(reaches(cell, "north", q));
+
+  PeerWriter<geometry_msgs::msg::PoseStampedPubSubType> poses(*peer_, "rt/cell/north/goal_pose");
+  Markers goals(*peer_, "rt/cell/hecaton/goals");
+  ASSERT_TRUE(poses.wait_matched() && goals.wait_matched());
+  q[0] -= 0.6;
+  const Pose tool = tool_at("north", q);
+  geometry_msgs::msg::PoseStamped pose;
+  pose.pose().position().x(tool.position.x);
+  pose.pose().position().y(tool.position.y);
+  pose.pose().position().z(tool.position.z);
+  pose.pose().orientation().w(tool.rotation[0]);
+  pose.pose().orientation().x(tool.rotation[1]);
+  pose.pose().orientation().y(tool.rotation[2]);
+  pose.pose().orientation().z(tool.rotation[3]);
+  pose.header().frame_id("camera");
+  const auto before = cell.arm("north").goal();
+  poses.write(pose);  // ignored
+  pose.header().frame_id("world");
+  poses.write(pose);
+  EXPECT_TRUE(goals.next([](const auto& message) {
+    return std::any_of(message.markers().begin(), message.markers().end(),
+                       [](const auto& marker) { return marker.ns() == "north" && marker.type() == 9; });
+  })) << "the name at the goal";
+  const auto arrived = [&] {
+    const auto goal = cell.arm("north").goal();
+    return goal && goal->goal != before->goal && goal->state == GoalState::kReached;
+  };
+  ASSERT_TRUE(cell.wait_until(arrived, kLong));
+  const Pose there = tool_at("north", cell.arm("north").state(kLong).q);
+  EXPECT_NEAR(there.position.x, tool.position.x, 0.005);
+  EXPECT_NEAR(there.position.y, tool.position.y, 0.005);
+  EXPECT_NEAR(there.position.z, tool.position.z, 0.005);
+}
+
 TEST_F(Ros2Cell, FollowsTrajectoriesOfThreeArmsAtOnce) {
   const Cell cell = connect();
   std::map<std::string, std::unique_ptr<ActionClient>> clients;

@@ -114,6 +114,7 @@ TEST_F(Ros2Enclave, ServesOnlyNodesWithAnEnclave) {
   // In an open domain of ROS 2 the open node sees the same cell.
   const auto shown = start_ros2("");
   EXPECT_TRUE(stolen.next(complete)) << shown->err();
+  EXPECT_FALSE(forged.wait_matched(2s)) << "without ros2.control no node drives a cell";
   end(*shown);
 }
 

@@ -2,7 +2,6 @@
 /// files start, and the names that they give to MoveIt and to `ros2` are those on the wire.
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -12,6 +11,7 @@
 
 #include <gtest/gtest.h>
 #include <idl/ros2/ros2PubSubTypes.h>
+#include <nlohmann/json.hpp>
 
 #include "services/config/cell_file.hpp"
 #include "services/config/yaml_tree.hpp"
@@ -104,7 +104,7 @@ std::vector<Called> called_by(const std::string& page) {
   return all;
 }
 
-TEST(Ros2Pages, HaveYamlAndFilesThatExist) {
+TEST(Ros2Pages, HaveYamlThatCanBeRead) {
   const std::regex message("\"(\\{[^\"]*\\})\"");
   int yaml = 0;
   int messages = 0;
@@ -122,12 +122,58 @@ TEST(Ros2Pages, HaveYamlAndFilesThatExist) {
   }
   EXPECT_EQ(yaml, 3);
   EXPECT_EQ(messages, 2);
-  for (const char* file : {"hecaton.rviz", "foxglove.json"}) {
-    EXPECT_TRUE(std::filesystem::exists(kRoot + "/deploy/ros2/" + file)) << file;
-  }
   const std::string arms = "arms: [{name: north, robot: ur5e}]\n";
   const auto cell = config::parse_cell_file("name: page\n" + block("ros2.md", "yaml", 0) + arms, kRoot + "/page.yaml");
   EXPECT_EQ(cell.ros2->distribution, config::Ros2Distribution::kJazzy);
+}
+
+/// The topics of displays in deploy/ros2/hecaton.rviz, with the types that their classes take and whether they ask for
+/// samples of before.
+struct Displayed {
+  std::string topic;
+  std::string type;
+  bool transient_local;
+};
+
+std::vector<Displayed> displayed_by_rviz() {
+  std::ifstream file(kRoot + "/deploy/ros2/hecaton.rviz");
+  const YamlNode manager =
+      at(config::read_yaml_text({std::istreambuf_iterator<char>(file), {}}, "hecaton.rviz"), "Visualization Manager");
+  EXPECT_EQ(at(at(manager, "Global Options"), "Fixed Frame").text, "world");
+  std::vector<Displayed> all;
+  for (const YamlNode& display : at(manager, "Displays").items) {
+    const std::string kind = at(display, "Class").text;
+    const bool robot = kind == "rviz_default_plugins/RobotModel";
+    if (!robot && kind != "rviz_default_plugins/MarkerArray") continue;
+    const YamlNode& topic = at(display, robot ? "Description Topic" : "Topic");
+    EXPECT_EQ(at(topic, "Reliability Policy").text, "Reliable");
+    all.push_back({at(topic, "Value").text, robot ? "std_msgs/msg/String" : "visualization_msgs/msg/MarkerArray",
+                   at(topic, "Durability Policy").text == "Transient Local"});
+  }
+  return all;
+}
+
+/// The topics of the panels in deploy/ros2/foxglove.json, each of which its layout shows.
+std::vector<std::string> displayed_by_foxglove() {
+  std::ifstream file(kRoot + "/deploy/ros2/foxglove.json");
+  const auto layout = nlohmann::json::parse(file);
+  std::vector<std::string> topics;
+  const std::string shown = layout.at("layout").dump();
+  for (const auto& [panel, settings] : layout.at("configById").items()) {
+    EXPECT_NE(shown.find(panel), std::string::npos) << panel;
+    if (panel.starts_with("3D!")) {
+      EXPECT_EQ(settings.at("fixedFrame"), "world");
+      for (const auto& [topic, options] : settings.at("topics").items()) topics.push_back(topic);
+    } else if (panel.starts_with("Plot!")) {
+      for (const auto& path : settings.at("paths")) {
+        const std::string value = path.at("value");
+        topics.push_back(value.substr(0, value.find('.')));
+      }
+    } else {
+      topics.push_back(settings.at("topicToRender"));
+    }
+  }
+  return topics;
 }
 
 /// The cell of moveit.md, in a free domain of ROS 2 instead of 0.
@@ -183,6 +229,20 @@ TEST_F(MoveItPage, NamesControllersAndJointsAsTheServiceDoes) {
   const auto both = all.next([&](const auto& message) { return message.name().size() == prefixed.size(); });
   ASSERT_TRUE(both);
   EXPECT_EQ(both->name(), prefixed);
+
+  // RViz and Foxglove find each topic that their configurations show.
+  const std::vector<Displayed> rviz = displayed_by_rviz();
+  EXPECT_EQ(rviz.size(), 5U);
+  std::vector<std::string> published{"/joint_states", "/diagnostics"};
+  for (const Displayed& one : rviz) {
+    published.push_back(one.topic);
+    NamedType::name = type_on_wire(one.type, "_");
+    PeerReader<NamedType> reader(peer, "rt" + one.topic, {true, one.transient_local, 10});
+    EXPECT_TRUE(reader.next()) << one.topic;
+  }
+  for (const std::string& topic : displayed_by_foxglove()) {
+    EXPECT_NE(std::find(published.begin(), published.end(), topic), published.end()) << topic;
+  }
 
   // The commands of both pages reach the service.
   std::vector<Called> called = called_by("moveit.md");

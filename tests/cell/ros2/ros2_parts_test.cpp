@@ -346,6 +346,7 @@ TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
   const auto end = follower.update(input);
   ASSERT_TRUE(end);
   EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_EQ(end->text, "joint joint1 ends 0.002 from the goal (tolerance 0.001)");
 }
 
 TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
