@@ -37,7 +37,7 @@ std::vector<Clearance> by_brute_force(const CellGeometry& geometry, const CellPo
   const auto check = [&](const PosedBody& own, const PosedBody& other, double limit) {
     const ShapeDistance d = shape_distance(own.body->shape, own.X_WS, other.body->shape, other.X_WS);
     if (d.distance >= limit) return;
-    found.push_back({own.index, own.body->link, other.counterpart, other.owner, other.index, other.body->link,
+    found.push_back({own.index, own.body->link, other.counterpart, other.owner, other.index, other.body->link, 0,
                      d.distance, d.p_a_W, d.p_b_W, d.n_W});
   };
   const auto at_speed_of = [&](const PosedBody& mine, const Reach& reach) {

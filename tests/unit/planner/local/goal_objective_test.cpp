@@ -13,16 +13,16 @@ namespace {
 using test::joints;
 using test::kPeriod;
 
-const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({1.0, 2.0}), joints({10, 10})};
+const JointLimits kUnequalLimits{joints({-3, -3}), joints({3, 3}), joints({1.0, 2.0}), joints({10, 10})};
 
 TEST(GoalObjective, MovesStraightAtTheSlowestJointsSpeed) {
   // Direction (0.6, 0.8): joint 1 allows 1/0.6 = 1.67, joint 2 2/0.8 = 2.5; speed 1.67 → q̇ = (1, 1.333)
-  const JointVector qd = goal_velocity(kLimits, joints({-1.2, -1.6}), joints({1.2, 1.6}), 0.01);
+  const JointVector qd = goal_velocity(kUnequalLimits, joints({-1.2, -1.6}), joints({1.2, 1.6}), 0.01);
   EXPECT_NEAR((qd - joints({1.0, 4.0 / 3.0})).norm(), 0.0, 1e-12);
 }
 
 TEST(GoalObjective, IsZeroAtTheGoal) {
-  EXPECT_TRUE(goal_velocity(kLimits, joints({1, 1}), joints({1, 1}), 0.01).isZero());
+  EXPECT_TRUE(goal_velocity(kUnequalLimits, joints({1, 1}), joints({1, 1}), 0.01).isZero());
 }
 
 TEST(GoalObjective, ContinuousJointsTakeTheShorterDirection) {
@@ -39,9 +39,9 @@ TEST(GoalObjective, ArrivesWithinTheAccelerationLimits) {
   JointVector qd = joints({0, 0});
   double way_left = (goal - q).norm();
   for (int step = 0; step < 1000; ++step) {
-    const JointVector wanted = goal_velocity(kLimits, q, goal, kPeriod);
-    const JointVector next =
-        wanted.cwiseMax(qd - kLimits.acceleration * kPeriod).cwiseMin(qd + kLimits.acceleration * kPeriod);
+    const JointVector wanted = goal_velocity(kUnequalLimits, q, goal, kPeriod);
+    const JointVector next = wanted.cwiseMax(qd - kUnequalLimits.acceleration * kPeriod)
+                                 .cwiseMin(qd + kUnequalLimits.acceleration * kPeriod);
     if (step > 30) {
       ASSERT_NEAR((next - wanted).norm(), 0.0, 1e-9) << "step " << step;
     }
@@ -58,8 +58,8 @@ TEST(GoalObjective, ApproachDistanceInvertsGoalVelocity) {
   const JointVector q = joints({0.1, -0.2});
   const JointVector direction = joints({0.6, -0.8});
   for (const double speed : {0.001, 0.05, 0.2, 0.5}) {
-    const double distance = approach_distance(kLimits, direction, speed, kPeriod);
-    EXPECT_NEAR(goal_velocity(kLimits, q, q + distance * direction, kPeriod).norm(), speed, 1e-9);
+    const double distance = approach_distance(kUnequalLimits, direction, speed, kPeriod);
+    EXPECT_NEAR(goal_velocity(kUnequalLimits, q, q + distance * direction, kPeriod).norm(), speed, 1e-9);
   }
 }
 

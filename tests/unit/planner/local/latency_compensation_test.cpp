@@ -16,7 +16,7 @@ namespace {
 
 using test::joints;
 
-const JointLimits kLimits{joints({-3, -3}), joints({3, 3}), joints({0.5, 0.5}), joints({4, 4})};
+const JointLimits kDelayedLimits{joints({-3, -3}), joints({3, 3}), joints({0.5, 0.5}), joints({4, 4})};
 
 ArmObservation brought_forward(const JointLimits& limits, ArmObservation arm) {
   extrapolate(limits, arm);
@@ -24,7 +24,7 @@ ArmObservation brought_forward(const JointLimits& limits, ArmObservation arm) {
 }
 
 TEST(Extrapolated, PlannedArmKeepsItsVelocityWithinPositionLimits) {
-  const ArmObservation now = brought_forward(kLimits, {joints({1, 2.99}), joints({-0.4, 0.2}), 0.1, true, true});
+  const ArmObservation now = brought_forward(kDelayedLimits, {joints({1, 2.99}), joints({-0.4, 0.2}), 0.1, true, true});
   EXPECT_NEAR((now.q - joints({0.96, 3.0})).norm(), 0.0, 1e-12);
   EXPECT_EQ(now.qd, joints({-0.4, 0.2}));
   EXPECT_EQ(now.age, 0.1);
@@ -33,16 +33,16 @@ TEST(Extrapolated, PlannedArmKeepsItsVelocityWithinPositionLimits) {
 TEST(Extrapolated, ArmThatOthersMoveKeepsItsVelocityWithinPositionLimits) {
   ArmObservation seen{joints({1, 2.99}), joints({-0.4, 0.2}), 0.1, true, false};
   seen.foreign = true;
-  EXPECT_NEAR((brought_forward(kLimits, seen).q - joints({0.96, 3.0})).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((brought_forward(kDelayedLimits, seen).q - joints({0.96, 3.0})).norm(), 0.0, 1e-12);
 }
 
 TEST(Extrapolated, UnplannedArmFollowsItsStopProfile) {
   // T = 0.4/4 = 0.1 s. After 0.05 s: half the speed, 0.4 · (0.05 − 0.0125) = 0.015 m on.
-  const ArmObservation half = brought_forward(kLimits, {joints({1, 0}), joints({-0.4, 0.2}), 0.05, true, false});
+  const ArmObservation half = brought_forward(kDelayedLimits, {joints({1, 0}), joints({-0.4, 0.2}), 0.05, true, false});
   EXPECT_NEAR((half.q - joints({0.985, 0.0075})).norm(), 0.0, 1e-12);
   EXPECT_NEAR((half.qd - joints({-0.2, 0.1})).norm(), 0.0, 1e-12);
   // At rest after 0.1 s, q̇ T/2 = 0.02 m on.
-  const ArmObservation rest = brought_forward(kLimits, {joints({1, 0}), joints({-0.4, 0.2}), 0.3, true, false});
+  const ArmObservation rest = brought_forward(kDelayedLimits, {joints({1, 0}), joints({-0.4, 0.2}), 0.3, true, false});
   EXPECT_NEAR((rest.q - joints({0.98, 0.01})).norm(), 0.0, 1e-12);
   EXPECT_EQ(rest.qd, joints({0, 0}));
 }
@@ -62,19 +62,19 @@ OwnArmFeedback moving(double age, bool follows, double setpoint_age) {
 }
 
 TEST(DeadReckoned, DriveMovesToItsLastSetPoint) {
-  const MeasuredState now = dead_reckoned(kLimits, moving(0.006, true, 0.002), 0.01);
+  const MeasuredState now = dead_reckoned(kDelayedLimits, moving(0.006, true, 0.002), 0.01);
   EXPECT_NEAR((now.q - joints({1.0024, -0.0012})).norm(), 0.0, 1e-12);
   EXPECT_EQ(now.qd, joints({0.4, -0.2}));
 }
 
 TEST(DeadReckoned, DriveStopsAfterItsLastSetPoint) {
   // 8 ms to the set-point; 50 ms of the stop, which takes 0.1 s.
-  const MeasuredState now = dead_reckoned(kLimits, moving(0.058, true, 0.002), 0.01);
+  const MeasuredState now = dead_reckoned(kDelayedLimits, moving(0.058, true, 0.002), 0.01);
   EXPECT_NEAR((now.q - joints({1.0182, -0.0091})).norm(), 0.0, 1e-12);
   EXPECT_NEAR((now.qd - joints({0.2, -0.1})).norm(), 0.0, 1e-12);
   // One that was without set-points is on its stop already.
-  const MeasuredState late = dead_reckoned(kLimits, moving(0.05, true, 0.02), 0.01);
-  const MeasuredState held = dead_reckoned(kLimits, moving(0.05, false, 0.0), 0.01);
+  const MeasuredState late = dead_reckoned(kDelayedLimits, moving(0.05, true, 0.02), 0.01);
+  const MeasuredState held = dead_reckoned(kDelayedLimits, moving(0.05, false, 0.0), 0.01);
   EXPECT_NEAR((late.q - joints({1.015, -0.0075})).norm(), 0.0, 1e-12);
   EXPECT_EQ(held.q, late.q);
 }
@@ -122,7 +122,7 @@ class SetpointLogTest : public testing::Test {
 
   JointVector reference(double age) { return log_.reference(7, age).value().q; }
 
-  SetpointLog log_{kLimits, 0.01};
+  SetpointLog log_{kDelayedLimits, 0.01};
 };
 
 TEST_F(SetpointLogTest, ReferenceInterpolatesUntilTheSetPointIsDue) {

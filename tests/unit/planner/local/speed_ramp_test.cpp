@@ -15,34 +15,34 @@ namespace {
 
 using test::joints;
 using test::kPeriod;
-const JointLimits kLimits = test::planar_point().limits;
+const JointLimits kRampLimits = test::planar_point().limits;
 
 TEST(SpeedRamp, ChangesTheVelocityLimitsByHalfTheAccelerationAtMost) {
-  SpeedRamp ramp(kLimits);
-  EXPECT_DOUBLE_EQ((ramp.rate() * kLimits.velocity.array() / kLimits.acceleration.array()).maxCoeff(), 0.5);
+  SpeedRamp ramp(kRampLimits);
+  EXPECT_DOUBLE_EQ((ramp.rate() * kRampLimits.velocity.array() / kRampLimits.acceleration.array()).maxCoeff(), 0.5);
   double before = ramp.share();
   int periods = 0;
   for (; ramp.share() > 0.01; ++periods) {
-    ramp.advance(0.01, before * kLimits.velocity, kPeriod);
+    ramp.advance(0.01, before * kRampLimits.velocity, kPeriod);
     ASSERT_LE(before - ramp.share(), ramp.rate() * kPeriod + 1e-12);
     before = ramp.share();
   }
-  EXPECT_LE(periods * kPeriod, 2.0 * longest_stop_time(kLimits) + kPeriod);
+  EXPECT_LE(periods * kPeriod, 2.0 * longest_stop_time(kRampLimits) + kPeriod);
   for (; ramp.share() < 1.0; before = ramp.share()) {
-    ramp.advance(1.0, before * kLimits.velocity, kPeriod);
+    ramp.advance(1.0, before * kRampLimits.velocity, kPeriod);
     ASSERT_LE(ramp.share() - before, ramp.rate() * kPeriod + 1e-12);
   }
 }
 
 TEST(SpeedRamp, BeginsAtTheOrderForAnArmThatStands) {
-  SpeedRamp ramp(kLimits);
+  SpeedRamp ramp(kRampLimits);
   ramp.advance(0.3, joints({0, 0}), kPeriod);
   EXPECT_DOUBLE_EQ(ramp.share(), 0.3);
 }
 
 TEST(SpeedRamp, NeverExceedsTheMotionAtATakeover) {
-  SpeedRamp ramp(kLimits);
-  ramp.advance(0.1, 0.5 * kLimits.velocity, kPeriod);
+  SpeedRamp ramp(kRampLimits);
+  ramp.advance(0.1, 0.5 * kRampLimits.velocity, kPeriod);
   EXPECT_LT(ramp.share(), 0.5);
   EXPECT_GE(ramp.share(), 0.5 - ramp.rate() * kPeriod);
 }
@@ -58,11 +58,11 @@ class SpeedOverride : public ::testing::Test {
   TickResult step() {
     const TickResult result = controller_->step(at_, no_arms_, {}, false);
     const JointVector acceleration = (result.qd - at_.qd).cwiseAbs() / kPeriod;
-    most_acceleration_ = std::max(most_acceleration_, acceleration.cwiseQuotient(kLimits.acceleration).maxCoeff());
+    most_acceleration_ = std::max(most_acceleration_, acceleration.cwiseQuotient(kRampLimits.acceleration).maxCoeff());
     at_ = {result.q, result.qd};
     return result;
   }
-  [[nodiscard]] double share() const { return at_.qd.cwiseAbs().cwiseQuotient(kLimits.velocity).maxCoeff(); }
+  [[nodiscard]] double share() const { return at_.qd.cwiseAbs().cwiseQuotient(kRampLimits.velocity).maxCoeff(); }
 
   std::optional<ArmController> controller_;
   std::array<ArmObservation, 1> no_arms_{};
