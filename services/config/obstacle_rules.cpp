@@ -87,7 +87,10 @@ struct ShapeRules {
     const world::PointBox& box = points.cloud->box();
     for (int axis = 0; axis < 3; ++axis) {
       for (const float side : {box.low[axis], box.high[axis]}) {
-        if (auto answer = unless(kCoordinate, key + ".points", static_cast<double>(side))) return answer;
+        if (auto answer = unless(kCoordinate, key + ".points", static_cast<double>(side))) {
+          answer->must_be = "points with coordinates " + answer->must_be + "; one has " + answer->value;
+          return answer;
+        }
       }
     }
     return std::nullopt;

@@ -91,7 +91,8 @@ TEST_F(Delivery, TakesTogetherWhatArrivesWhileAWatchingParticipantSleeps) {
     command.arm(arm);
     return command;
   };
-  // After a command for which it has waited it sleeps, so that at least each second one of these is late.
+  // After a command for which it has waited it sleeps, so that some of these are late, each second one on a quiet
+  // machine.
   std::vector<Clock::time_point> received;
   for (int i = 0; i < 10; ++i) {
     const std::string arm = "one" + std::to_string(i);
@@ -99,7 +100,7 @@ TEST_F(Delivery, TakesTogetherWhatArrivesWhileAWatchingParticipantSleeps) {
     ASSERT_TRUE(wait_until(reader, [&] { return reader.latest(arm) != nullptr; }));
     received.push_back(reader.latest(arm)->received);
   }
-  EXPECT_GE(received.back() - received.front(), 4 * options.reception_pause);
+  EXPECT_GE(received.back() - received.front(), 2 * options.reception_pause);
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(writer.write(command_for("all" + std::to_string(i))));
   EXPECT_TRUE(wait_until(reader, [&] { return reader.latest().size() == 110; })) << reader.latest().size();
 }
