@@ -72,7 +72,7 @@ struct Scenes {
       box.name = "box" + std::to_string(all.size());
       box.shapes = {{one.box}};
       box.X_WO = one.X_WS;
-      box_states.push_back({one.X_WS});
+      box_states.emplace_back().X_WO = one.X_WS;
     }
     of_boxes.set_obstacles(all);
   }
