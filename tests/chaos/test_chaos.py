@@ -84,7 +84,7 @@ class Machine:
 
 def chaos_of(cell, ended_by=None, stood_still=False, findings=1):
     options = types.SimpleNamespace(only=["kill"], alone=False, of=[""], seed=1, findings=findings, timeout_scale=1, cell="cell.yaml",
-                                    record=None, report=None, output="json", soak=0.02)
+                                    record=None, second_record=None, report=None, output="json", soak=0.02, calm=0.0)
     made = chaos.Chaos(cell, ["left", "right"], ("home", "up"), Limits(), options, types.SimpleNamespace(received=ended_by))
     made.lateness = Machine(stood_still)
     made.ran_again = -1e9  # long ago, so that nothing has to settle
