@@ -20,7 +20,10 @@ TEST(MemoryLimit, RestartsTheServiceThatExceedsItAlone) {
   const int pid = pid_of_node(before, "planner/left");
   ASSERT_GT(pid, 0);
   const auto active = [](const msg::GoalStatus& goal) { return goal.state() == msg::GoalState::GOAL_ACTIVE; };
-  const auto reached = [](const msg::GoalStatus& goal) { return goal.state() == msg::GoalState::GOAL_REACHED; };
+  const auto reached = [](const msg::CellStatus& status, const std::string& arm) {
+    const msg::GoalStatus goal = arm_of(status, arm).goal();
+    return goal.goal() == arm + " away" && goal.state() == msg::GoalState::GOAL_REACHED;
+  };
   cell.send_goal("left", "left away", "away");
   cell.send_goal("right", "right away", "away");
   cell.await_goal("left away", active);
@@ -39,8 +42,8 @@ TEST(MemoryLimit, RestartsTheServiceThatExceedsItAlone) {
   });
 
   // The next planner continues the goal.
-  cell.await_goal("left away", reached);
-  cell.await_goal("right away", reached);
+  cell.await("both goals are reached",
+             [&](const msg::CellStatus& status) { return reached(status, "left") && reached(status, "right"); });
   const msg::CellStatus after = cell.await_healthy();
   for (const msg::HostStatus& host : before.hosts()) {
     for (const msg::ProcessEvent& process : host.processes()) {
