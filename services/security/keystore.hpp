@@ -100,8 +100,8 @@ struct IdentityState {
   std::string host;
   std::string role;
   std::chrono::system_clock::time_point expires;
-  std::vector<std::string> arms;       ///< that it may command or obey for; empty: all, or its role concerns no arm
-  std::optional<std::string> problem;  ///< a sentence; empty: it can be used
+  std::vector<std::string> arms;        ///< that it may command or obey for; empty: all, or its role concerns no arm
+  std::optional<std::string> problem;   ///< a sentence; empty: it can be used
   std::optional<std::string> outdated;  ///< see outdated_permissions(), of one that can be used
 };
 
