@@ -340,10 +340,10 @@ ShapeDistance prepared_distance(const SweptCore& a, const Pose& X_WA, const Swep
 }
 
 ShapeDistance shape_distance(const world::Shape& a, const Pose& X_WA, const world::Shape& b, const Pose& X_WB) {
-  if (std::holds_alternative<world::Points>(a)) return exchanged(shape_distance(b, X_WB, a, X_WA));
   if (const auto* points = std::get_if<world::Points>(&b)) {
     return cloud_distance({make_swept_core(a), X_WA}, *points->cloud, X_WB, std::numeric_limits<double>::infinity());
   }
+  if (std::holds_alternative<world::Points>(a)) return exchanged(shape_distance(b, X_WB, a, X_WA));
   return distance(make_swept_core(a), X_WA, make_swept_core(b), X_WB);
 }
 

@@ -2,6 +2,9 @@
 
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -67,6 +70,20 @@ TEST(CloudDistance, IsThatOfTheNearestBall) {
 }
 
 // Each ball within the limit is behind the plane of a pair, up to what planes let through, unless all pairs are used.
+TEST(CloudDistance, IsTheSameFromEitherSideAndOfNoTwoClouds) {
+  const world::Shape cloud =
+      world::Points{std::make_shared<const PointCloud>(std::vector<Eigen::Vector3f>{{0, 0, 0}, {1, 0, 0}}, 0.1)};
+  const world::Shape ball = world::Sphere{0.2};
+  const Pose beside(Eigen::Translation3d(1.0, 0.5, 0.0));
+  const ShapeDistance one = shape_distance(cloud, Pose::Identity(), ball, beside);
+  const ShapeDistance other = shape_distance(ball, beside, cloud, Pose::Identity());
+  EXPECT_NEAR(one.distance, 0.2, 1e-12);
+  EXPECT_EQ(one.distance, other.distance);
+  EXPECT_EQ(one.p_a_W, other.p_b_W);
+  EXPECT_EQ(one.n_W, -other.n_W);
+  EXPECT_THROW(static_cast<void>(shape_distance(cloud, Pose::Identity(), cloud, beside)), std::logic_error);
+}
+
 TEST(CloudDistance, PairsStandForAllBalls) {
   Random random(4);
   int most = 0;
