@@ -176,12 +176,10 @@ void Agent::turn() {
 
 void Agent::publish(const ProcessEvent& event) {
   const PlannedService& service = *event.service;
-  if (event.kind == ProcessEvent::Kind::kHung) {
-    log_error("service hangs and is killed", {{"service", service.name}, {"reason", event.reason}});
-    return;
-  }
-  if (event.kind == ProcessEvent::Kind::kTooLarge) {
-    log_error("service uses too much memory and is killed", {{"service", service.name}, {"reason", event.reason}});
+  if (event.kind == ProcessEvent::Kind::kKilled) {
+    log_error(event.killed == KillReason::kHung ? "service hangs and is killed"
+                                                : "service uses too much memory and is killed",
+              {{"service", service.name}, {"reason", event.reason}});
     return;
   }
   if (event.kind == ProcessEvent::Kind::kNotStarted || event.kind == ProcessEvent::Kind::kGivenUp) {
@@ -202,8 +200,9 @@ void Agent::publish(const ProcessEvent& event) {
   message.restarts(event.restarts);
   message.sequence_number(++sequence_);
   message.stamp_ns(stamp_now());
-  if (exited && !event.reason.empty()) {
-    const auto kind = event.hung ? msg::CauseKind::CAUSE_NODE_SILENT : msg::CauseKind::CAUSE_PROCESS_DIED;
+  if (exited && event.killed != KillReason::kNone) {
+    const auto kind =
+        event.killed == KillReason::kHung ? msg::CauseKind::CAUSE_NODE_SILENT : msg::CauseKind::CAUSE_PROCESS_DIED;
     message.cause(make_cause(kind, service.node, event.reason));
   }
   static_cast<void>(events_.write(message));  // the bus logs a refusal

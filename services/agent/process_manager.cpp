@@ -56,7 +56,7 @@ std::vector<ProcessEvent> ProcessManager::turn(Clock::time_point now) {
 }
 
 void ProcessManager::check_heartbeats(Process& process, Clock::time_point now, Events& events) {
-  if (!process.child || process.exit_reported || process.killed) return;
+  if (!process.child || process.exit_reported || process.killed != KillReason::kNone) return;
   const bool was_away = now - checked_ >= 2 * options_.watchdog / kChecks;  // this process was stopped
   const bool has_heartbeat = process.child->take_heartbeats();
   if (has_heartbeat && !process.first_heartbeat) process.first_heartbeat = now;
@@ -64,23 +64,29 @@ void ProcessManager::check_heartbeats(Process& process, Clock::time_point now, E
   const auto limit = process.first_heartbeat ? options_.watchdog : options_.start_limit;
   if (limit.count() == 0 || now - process.silent_since < limit) return;
   const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - process.silent_since);
-  process.hung = true;
-  process.killed = (process.first_heartbeat ? "its loop was silent for " : "its loop did not begin within ") +
-                   std::to_string(silence.count()) + " ms";
-  events.push_back(event(process, ProcessEvent::Kind::kHung));
-  events.back().reason = *process.killed;
-  process.child->signal(SIGKILL);
+  kill(process, KillReason::kHung,
+       (process.first_heartbeat ? "its loop was silent for " : "its loop did not begin within ") +
+           std::to_string(silence.count()) + " ms",
+       events);
 }
 
 void ProcessManager::check_memory(Process& process, Events& events) const {
-  if (!process.child || process.starting || process.exit_reported || process.killed) return;
+  if (!process.child || process.starting || process.exit_reported || process.killed != KillReason::kNone) return;
   const std::uint64_t memory = process.child->memory();
   if (memory <= options_.memory_limit) return;
   // Rounded up, so that it is above the limit in the sentence, too.
-  process.killed = "it used " + megabytes(memory + 999'999) +
-                   " of memory, more than supervision.memory_limit = " + megabytes(options_.memory_limit) + " allows";
-  events.push_back(event(process, ProcessEvent::Kind::kTooLarge));
-  events.back().reason = *process.killed;
+  kill(process, KillReason::kTooLarge,
+       "it used " + megabytes(memory + 999'999) +
+           " of memory, more than supervision.memory_limit = " + megabytes(options_.memory_limit) + " allows",
+       events);
+}
+
+void ProcessManager::kill(Process& process, KillReason reason, std::string text, Events& events) const {
+  process.killed = reason;
+  process.kill_text = std::move(text);
+  events.push_back(event(process, ProcessEvent::Kind::kKilled));
+  events.back().killed = reason;
+  events.back().reason = process.kill_text;
   process.child->signal(SIGKILL);
 }
 
@@ -101,8 +107,7 @@ void ProcessManager::start(Process& process, Clock::time_point now, Events& even
   process.started = now;
   process.first_heartbeat.reset();
   process.silent_since = now;
-  process.killed.reset();
-  process.hung = false;
+  process.killed = KillReason::kNone;
   process.exit_reported = false;
   if (process.given_up) ++process.retries;
   ChildCommand command{options_.programs / process.service.program, process.service.arguments, {}};
@@ -156,9 +161,9 @@ void ProcessManager::report_exit(Process& process, const ChildEnd& end, Events& 
   process.exit_reported = true;
   events.push_back(event(process, ProcessEvent::Kind::kExited));
   events.back().end = end;
-  if (!process.killed || end.signal_number != SIGKILL) return;  // it ended by itself
-  events.back().hung = process.hung;
-  events.back().reason = *process.killed;
+  if (process.killed == KillReason::kNone || end.signal_number != SIGKILL) return;  // it ended by itself
+  events.back().killed = process.killed;
+  events.back().reason = process.kill_text;
 }
 
 void ProcessManager::plan_restart(Process& process, Clock::time_point now, Events& events) {

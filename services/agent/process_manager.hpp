@@ -60,16 +60,19 @@ struct ProcessManagerOptions {
   bool exit_notifiers = false;  ///< processes get an exit notifier (services/runtime/run_service.hpp)
 };
 
+/// Why the manager has killed a process.
+enum class KillReason { kNone, kHung, kTooLarge };
+
 struct ProcessEvent {
-  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp, kHung, kTooLarge };
+  enum class Kind { kStarted, kExited, kNotStarted, kGivenUp, kKilled };
   Kind kind{};
   const PlannedService* service = nullptr;
   pid_t pid = 0;
-  ChildEnd end;           ///< kExited
-  bool wanted = false;    ///< kExited: the process was ordered to end
-  unsigned restarts = 0;  ///< so far
-  bool hung = false;      ///< kExited: the manager killed it because its loop hung
-  std::string reason;     ///< of kNotStarted, kGivenUp, kHung, kTooLarge, and of kExited after these two
+  ChildEnd end;                           ///< kExited
+  bool wanted = false;                    ///< kExited: the process was ordered to end
+  unsigned restarts = 0;                  ///< so far
+  KillReason killed = KillReason::kNone;  ///< kKilled, and kExited after it
+  std::string reason;                     ///< of kNotStarted, kGivenUp and kKilled, and of kExited after that
 };
 
 /// One thread: children end with the thread that started them.
@@ -105,10 +108,10 @@ class ProcessManager {
     std::optional<Clock::time_point> start_at{};
     Clock::time_point started{};
     std::optional<Clock::time_point> first_heartbeat{};
-    Clock::time_point silent_since{};     // last heartbeat, start, or end of an absence of this process
-    std::optional<std::string> killed{};  // why the manager did; empty: it did not
-    bool hung = false;                    // that was the reason
-    bool starting = false;                // its program is being loaded
+    Clock::time_point silent_since{};  // last heartbeat, start, or end of an absence of this process
+    KillReason killed = KillReason::kNone;
+    std::string kill_text{};  // why, for people
+    bool starting = false;    // its program is being loaded
     bool exit_reported = false;
     unsigned starts = 0;
     bool given_up = false;
@@ -123,6 +126,7 @@ class ProcessManager {
   void report_exit(Process& process, const ChildEnd& end, Events& events) const;
   void check_heartbeats(Process& process, Clock::time_point now, Events& events);
   void check_memory(Process& process, Events& events) const;
+  void kill(Process& process, KillReason reason, std::string text, Events& events) const;
   void plan_restart(Process& process, Clock::time_point now, Events& events);
   void reset_retries(Process& process, Clock::time_point now) const;
   [[nodiscard]] std::chrono::nanoseconds uptime(const Process& process, Clock::time_point now) const;

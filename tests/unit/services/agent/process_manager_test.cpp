@@ -111,9 +111,10 @@ TEST_F(ProcessManagerTest, KillsAndRestartsAHangingProcess) {
   watching.watchdog = 100ms;
   ProcessManager manager({service("a", "sh", {"-c", "echo >&3; kill -STOP $$"})}, watching);
   turn_until(manager, Kind::kStarted, 2);
-  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kHung, Kind::kExited, Kind::kStarted}));
+  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kKilled, Kind::kExited, Kind::kStarted}));
   EXPECT_TRUE(events_[1].reason.starts_with("its loop was silent for ")) << events_[1].reason;
   EXPECT_EQ(events_[2].end.signal_number, SIGKILL);
+  EXPECT_EQ(events_[2].killed, KillReason::kHung);
   EXPECT_EQ(events_[2].reason, events_[1].reason) << "the exit has the same reason";
 }
 
@@ -127,14 +128,14 @@ TEST_F(ProcessManagerTest, KillsAndRestartsAProcessThatUsesTooMuchMemory) {
                         [&](const auto& one) { return one.service->name == "a" && one.kind == kind; });
   };
   turn_until(manager, Kind::kStarted, 3);
-  ASSERT_NE(of_a(Kind::kTooLarge), events_.end());
-  const std::string& reason = of_a(Kind::kTooLarge)->reason;
+  ASSERT_NE(of_a(Kind::kKilled), events_.end());
+  const std::string& reason = of_a(Kind::kKilled)->reason;
   EXPECT_NE(reason.find("more than supervision.memory_limit = 50 MB"), std::string::npos) << reason;
   const auto exit = of_a(Kind::kExited);
   ASSERT_NE(exit, events_.end());
   EXPECT_EQ(exit->end.signal_number, SIGKILL);
   EXPECT_EQ(exit->reason, reason);
-  EXPECT_FALSE(exit->hung);
+  EXPECT_EQ(exit->killed, KillReason::kTooLarge);
   EXPECT_TRUE(std::none_of(events_.begin(), events_.end(), [](const auto& one) {
     return one.service->name == "b" && one.kind != Kind::kStarted;
   })) << "it dies alone";
@@ -159,7 +160,7 @@ TEST_F(ProcessManagerTest, GivesUpAProcessWhoseLoopNeverBegins) {
   watching.restart.steady = 1ms;
   ProcessManager manager({service("a", "sh", {"-c", "exec sleep 600"})}, watching);
   turn_until(manager, Kind::kGivenUp, 1);
-  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kHung, Kind::kExited, Kind::kStarted, Kind::kHung,
+  EXPECT_EQ(kinds(), (std::vector<Kind>{Kind::kStarted, Kind::kKilled, Kind::kExited, Kind::kStarted, Kind::kKilled,
                                         Kind::kExited, Kind::kGivenUp}));
   EXPECT_TRUE(events_[1].reason.starts_with("its loop did not begin within ")) << events_[1].reason;
   EXPECT_EQ(events_[2].end.signal_number, SIGKILL);
