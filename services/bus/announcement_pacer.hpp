@@ -7,7 +7,6 @@
 /// so two in a lease are enough.
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <mutex>
 #include <span>
@@ -16,6 +15,7 @@
 
 #include "services/bus/mailbox.hpp"
 #include "services/bus/participant_sources.hpp"
+#include "services/bus/rtps_wire.hpp"
 
 namespace hecaton::bus {
 
@@ -52,13 +52,12 @@ class AnnouncementPacer {
 
   /// True for a datagram with these first bytes whose first sample announces a participant (RTPS 2.2, section 8.5.3).
   [[nodiscard]] static bool is_announcement(std::span<const std::uint8_t> head) {
-    constexpr std::size_t kHeader = 20;
-    constexpr std::uint8_t kData = 0x15;
     constexpr std::size_t kWriterAt = 12;  // in a DATA submessage, with its header
-    constexpr std::array<std::uint8_t, 4> kAnnouncer{0x00, 0x01, 0x00, 0xC2};
-    for (std::size_t at = kHeader; at + kWriterAt + kAnnouncer.size() <= head.size();) {
-      if (head[at] == kData) return std::equal(kAnnouncer.begin(), kAnnouncer.end(), head.begin() + at + kWriterAt);
-      const bool little = (head[at + 1] & 1U) != 0;
+    for (std::size_t at = wire::kHeader; at + kWriterAt + wire::kAnnouncer.size() <= head.size();) {
+      if (head[at] == wire::submessage::kData) {
+        return std::equal(wire::kAnnouncer.begin(), wire::kAnnouncer.end(), head.begin() + at + kWriterAt);
+      }
+      const bool little = (head[at + 1] & wire::flag::kLittleEndian) != 0;
       const std::size_t length = little ? head[at + 2] | head[at + 3] << 8U : head[at + 2] << 8U | head[at + 3];
       at += 4 + ((length + 3U) & ~std::size_t{3});
     }

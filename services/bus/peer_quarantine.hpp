@@ -134,8 +134,11 @@ class PeerQuarantine {
         continue;
       }
       const bool silent = now - std::max(peer.heard, since) > silence_limit(lease_);
-      if (!peer.quarantined && !peer.may_be_silent && (silent || is_mute(*entry, now, since)))
+      const bool mute = is_mute(entry->first, peer, now, since);
+      if (!peer.quarantined && !peer.may_be_silent && (silent || mute)) {
+        if (mute) count_mute(entry->first);
         begin_quarantine(peer, now);
+      }
       ++entry;
     }
   }
@@ -162,16 +165,16 @@ class PeerQuarantine {
     return beginning;
   }
   /// The peer is there, and none of its endpoints has been found in time.
-  bool is_mute(const Peers::value_type& entry, Clock::time_point now, Clock::time_point since) {
-    const auto& [prefix, peer] = entry;
-    const auto known = mute_.find(prefix);
-    const int before = known == mute_.end() ? 0 : known->second;
+  [[nodiscard]] bool is_mute(const Prefix& prefix, const Peer& peer, Clock::time_point now,
+                             Clock::time_point since) const {
     constexpr int kMostDoublings = 6;
-    const Clock::duration limit = endpoint_limit(lease_) * (1 << std::min(before, kMostDoublings));
-    if (peer.has_endpoints || now - std::max(peer.found, since) <= limit) return false;
+    const auto known = mute_.find(prefix);
+    const int doublings = known == mute_.end() ? 0 : std::min(known->second, kMostDoublings);
+    return !peer.has_endpoints && now - std::max(peer.found, since) > endpoint_limit(lease_) * (1 << doublings);
+  }
+  void count_mute(const Prefix& prefix) {
     constexpr std::size_t kMostMute = 1024;
-    if (known != mute_.end() || mute_.size() < kMostMute) mute_[prefix] = before + 1;
-    return true;
+    if (mute_.size() < kMostMute || mute_.contains(prefix)) ++mute_[prefix];
   }
   void begin_quarantine(Peer& peer, Clock::time_point now) {
     peer.quarantined = true;

@@ -1,5 +1,5 @@
 #pragma once
-/// Names participants whose permissions Fast DDS refuses. It tells that to its log only. Private to services/bus.
+/// Names participants whose permissions Fast DDS refuses: it writes this to its log only. Private to services/bus.
 
 #include <memory>
 #include <optional>

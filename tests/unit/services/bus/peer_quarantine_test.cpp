@@ -116,7 +116,7 @@ TEST(PeerQuarantine, BeginsWhenTheEndpointsOfAPeerAreMissingAndEachTimeLater) {
     talk(quarantine, now, limit);
     EXPECT_FALSE(quarantine.any_quarantined());
     talk(quarantine, now, 100ms);
-    EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress)) << "it has dropped nobody";
+    EXPECT_TRUE(quarantine.is_quarantined(kPeerAddress)) << "the peer has not dropped this participant";
     EXPECT_FALSE(quarantine.is_quarantined(kOtherAddress));
     quarantine.dropped(kPeer, now + 2s);
     talk(quarantine, now, 2500ms);
