@@ -137,17 +137,20 @@ Pose pose_xyz_rpy(const Number& x, const Number& y, const Number& z, const Numbe
 }
 
 /// `source`: an array, or a mesh whose `vertices` are one, such as that of trimesh.
-ConvexHull hull_of(const py::object& source) {
+std::vector<Vector3> points_in(const py::object& source) {
   const py::object numbers = py::hasattr(source, "vertices") ? py::object(source.attr("vertices")) : source;
   const Array points = matrix_in(numbers, 3, "points must be an array of shape (N, 3), or a mesh with such vertices");
-  ConvexHull hull;
+  std::vector<Vector3> found;
   const auto rows = points.unchecked<2>();
-  for (py::ssize_t i = 0; i < rows.shape(0); ++i) hull.points.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
-  return hull;
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) found.push_back({rows(i, 0), rows(i, 1), rows(i, 2)});
+  return found;
 }
 
-Points cloud_of(const py::object& numbers, const Number& radius) {
-  return {hull_of(numbers).points, radius};
+ConvexHull hull_of(const py::object& source) {
+  return {points_in(source)};
+}
+Points cloud_of(const py::object& source, const Number& radius) {
+  return {points_in(source), radius};
 }
 
 template <class OfPoints>

@@ -202,14 +202,24 @@ TEST_F(IntruderCell, TakesNoMemoryBySamplesThatClaimIt) {
   EXPECT_LT(alive_["driver/arm1"].rss_bytes(), before + (20U << 20U));
 }
 
-TEST(Incompatible, WriterIsReportedWithItsPolicy) {
-  const FreeDomain domain;
+bus::ParticipantOptions on_this_host() {
   bus::ParticipantOptions options;
   options.interfaces = {"127.0.0.1"};
-  bus::Participant participant(domain.number(), "reader", options);
-  bus::Reader<msg::ArmCommand> reader(participant);
-  RawParticipant raw(domain.number());
-  const RawWriter writer(raw, "*", "ArmCommand", {.reliable = false});
+  return options;
+}
+
+/// A reader of commands, and an intruder beside it.
+struct LoneReader {
+  FreeDomain domain;
+  bus::Participant participant{domain.number(), "reader", on_this_host()};
+  bus::Reader<msg::ArmCommand> reader{participant};
+  RawParticipant raw{domain.number()};
+};
+
+TEST(Incompatible, WriterIsReportedWithItsPolicy) {
+  LoneReader alone;
+  auto& reader = alone.reader;
+  const RawWriter writer(alone.raw, "*", "ArmCommand", {.reliable = false});
   std::string policy;
   const auto end = bus::Clock::now() + std::chrono::seconds(30);
   while (policy.empty() && bus::Clock::now() < end) {
@@ -224,19 +234,15 @@ TEST(Incompatible, WriterIsReportedWithItsPolicy) {
 
 // The reader would look for 2³² samples, which takes its participant a minute.
 TEST(AnnouncedWriter, DoesNotHangItsReaderByHeartbeats) {
-  const FreeDomain domain;
-  bus::ParticipantOptions options;
-  options.interfaces = {"127.0.0.1"};
-  bus::Participant participant(domain.number(), "reader", options);
-  bus::Reader<msg::ArmCommand> reader(participant);
-  RawParticipant raw(domain.number());
-  const RawWriter announced(raw, "*", "ArmCommand");
+  LoneReader alone;
+  auto& reader = alone.reader;
+  const RawWriter announced(alone.raw, "*", "ArmCommand");
   RtpsDatagram::Prefix prefix{};
   const auto guid = announced.guid();
   std::copy_n(guid.begin(), prefix.size(), prefix.begin());
   std::uint32_t entity = 0;
   for (std::size_t i = prefix.size(); i < guid.size(); ++i) entity = entity << 8U | guid[i];
-  const DatagramSender sender(domain.number());
+  const DatagramSender sender(alone.domain.number());
   const auto end = bus::Clock::now() + kLimit;
   while (reader.matched() == 0 && bus::Clock::now() < end) {
     sender.send(RtpsDatagram(prefix).acknowledgement(1, 0).bytes());  // its socket belongs to the participant, too
@@ -249,7 +255,7 @@ TEST(AnnouncedWriter, DoesNotHangItsReaderByHeartbeats) {
   };
   const std::string why = "a heartbeat lists more than 1048576 samples";
   const auto is_named = [&] {
-    const auto refused = participant.refused(kLimit, 8);
+    const auto refused = alone.participant.refused(kLimit, 8);
     return std::any_of(refused.begin(), refused.end(), [&](const bus::Refused& one) { return one.text == why; });
   };
   std::uint32_t count = 1000;
@@ -260,7 +266,7 @@ TEST(AnnouncedWriter, DoesNotHangItsReaderByHeartbeats) {
   EXPECT_TRUE(is_named());
   claims(std::int64_t{1} << 20, ++count);  // the most that is accepted
 
-  bus::Participant peer(domain.number(), "planner", options);
+  bus::Participant peer(alone.domain.number(), "planner", on_this_host());
   bus::Writer<msg::ArmCommand> commands(peer);
   msg::ArmCommand command;
   command.arm("arm1");
