@@ -40,8 +40,7 @@ TEST(ObstacleOptions, ReadPointsFromAFile) {
       std::get<world::Points>(parse("a --points " + folder + "good.xyz 0.02 --pose 0 0 0 0 0 0").shapes[0].shape);
   EXPECT_EQ(points.cloud->size(), 1U);
   EXPECT_EQ(points.cloud->radius(), 0.02);
-  for (const char* bad :
-       {"nan.xyz 0.02", "missing.xyz 0.02", "good.xyz x", "good.xyz 0", "good.xyz 0.02 --mass 1"}) {
+  for (const char* bad : {"nan.xyz 0.02", "missing.xyz 0.02", "good.xyz x", "good.xyz 0", "good.xyz 0.02 --mass 1"}) {
     EXPECT_THROW(static_cast<void>(parse("a --pose 0 0 0 0 0 0 --points " + folder + bad)), Failure) << bad;
   }
 }
