@@ -111,7 +111,7 @@ function(hecaton_executable name)
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS})
 endfunction()
 
-# hecaton_test(name [UNITY] [THREADS] [ALONE] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite] [BESIDE case]): one GoogleTest executable,
+# hecaton_test(name [UNITY] [THREADS] [ALONE] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite] [BESIDE case]). One GoogleTest executable,
 # one CTest entry a case, but for those of the suite that is left out: they run when the executable is started by hand.
 # HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own,
 # which halves what compiling them takes.

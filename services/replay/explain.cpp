@@ -45,7 +45,10 @@ std::string kind_of(const msg::Cause& cause) {
   return " [" + std::string(cause_name(cause.kind())) + subject + "]";
 }
 
-void say_mode(const CellState& cell, const std::string& arm, Sentences& sentences) {
+/// A supervisor sends the mode every few milliseconds; one of its standbys takes over within this time.
+constexpr std::chrono::seconds kSupervised{1};
+
+void say_mode(const CellState& cell, const std::string& arm, bus::Clock::time_point now, Sentences& sentences) {
   const CellModeView& mode = cell.mode();
   if (!mode.heard()) {
     sentences.push_back("No cell mode was received yet.");
@@ -55,6 +58,10 @@ void say_mode(const CellState& cell, const std::string& arm, Sentences& sentence
   std::string sentence = "The order for " + arm + " is " + text(mode.order(arm)) + ", by " + mode.mode().node() +
                          " in term " + std::to_string(mode.term());
   if (!is_none(why)) sentence += ": " + why.text();
+  const auto age = now - mode.received();
+  if (age >= kSupervised)
+    sentence +=
+        ". No supervisor was heard for " + number_text(std::chrono::duration<double>(age).count(), "%.1f") + " s";
   sentences.push_back(sentence + ".");
 }
 
@@ -194,7 +201,7 @@ LongestBinding longest_binding(RecordedCell& cell, const std::string& arm, bus::
 std::vector<std::string> explain(const CellState& cell, const std::string& arm, bus::Clock::time_point now,
                                  const LongestBinding& before) {
   Sentences sentences;
-  say_mode(cell, arm, sentences);
+  say_mode(cell, arm, now, sentences);
   say_motion(cell, arm, now, sentences);
   say_goal(cell, arm, before, sentences);
   say_inputs(cell, arm, now, sentences);

@@ -168,6 +168,7 @@ Json status_json(const CellFeed& feed, bus::Clock::duration t) {
             {"t", milliseconds(t)},
             {"wall", feed.unix_time().count()},
             {"mode", cell.mode().heard() ? Json(text(mode.mode())) : Json(nullptr)},
+            {"mode_age", cell.mode().heard() ? Json(milliseconds(now - cell.mode().received())) : Json(nullptr)},
             {"cause", cause(mode.cause())},
             {"speed_override", cell.mode().heard() ? Json(mode.speed()) : Json(nullptr)},
             {"term", mode.term()},

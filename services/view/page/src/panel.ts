@@ -1,7 +1,7 @@
 /// The panels beside the scene. They write a text only when it changes, so that a cell of 30 arms costs little.
 import type { Arm, ArmStatus, CellMessage, Fault, ObstaclesMessage, StatusMessage } from "./protocol";
 import {
-  ageText, clockText, distanceText, durationText, isOpen, MARKS, matches, modeText, overrideText, reasonOf, stateOf,
+  ageText, clockText, distanceText, durationText, isOpen, isSupervised, MARKS, matches, modeText, overrideText, reasonOf, stateOf,
   toolText, type ArmState,
 } from "./words";
 
@@ -132,7 +132,7 @@ export class Panel {
   private showHeader(status: StatusMessage): void {
     const mode = byId("mode");
     setText(mode, modeText(status));
-    mode.dataset.mode = status.mode ?? "none";
+    mode.dataset.mode = isSupervised(status) ? status.mode ?? "none" : "none";
     setText(byId("cause"), status.cause?.text ?? "");
     const open = status.faults.filter(isOpen).length;
     setText(byId("faultcount"), `${open} open fault${open === 1 ? "" : "s"}`);

@@ -174,6 +174,7 @@ export interface StatusMessage {
   t: number;
   wall: number; // Unix time of the server
   mode: "run" | "hold" | "stop" | null;
+  mode_age: number | null; // since the newest cell mode [ms]; null: none
   cause: Cause | null;
   speed_override: number | null; // of the cell; null: no supervisor
   term: number;

@@ -80,9 +80,15 @@ export function shareOf(part: number, whole: number): number {
 export const isOpen = (fault: Fault): boolean => fault.duration === null;
 
 /** "RUN", or what holds the cell; a lower speed: "RUN 30 %". */
-export function modeText(status: Pick<StatusMessage, "mode" | "speed_override">): string {
+export function modeText(status: Pick<StatusMessage, "mode" | "mode_age" | "speed_override">): string {
   if (status.mode === null) return "NO SUPERVISOR";
-  return [status.mode.toUpperCase(), overrideText(status.speed_override ?? 1)].filter(Boolean).join(" ");
+  const order = [status.mode.toUpperCase(), overrideText(status.speed_override ?? 1)].filter(Boolean).join(" ");
+  return isSupervised(status) ? order : `NO SUPERVISOR FOR ${ageText(status.mode_age)}, LAST ${order}`;
+}
+
+/** A supervisor sends the mode every few milliseconds; one of its standbys takes over within a second. */
+export function isSupervised(status: Pick<StatusMessage, "mode" | "mode_age">): boolean {
+  return status.mode !== null && status.mode_age !== null && status.mode_age < 1000;
 }
 
 /** "30 %"; empty at full speed. */

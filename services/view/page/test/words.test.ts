@@ -74,8 +74,9 @@ test("a search finds all of its words, in any order and case", () => {
 });
 
 test("the mode says a lower speed", () => {
-  assert.equal(modeText({ mode: "run", speed_override: 1 }), "RUN");
-  assert.equal(modeText({ mode: "run", speed_override: 0.3 }), "RUN 30 %");
-  assert.equal(modeText({ mode: "hold", speed_override: 0.015 }), "HOLD 1.5 %");
-  assert.equal(modeText({ mode: null, speed_override: null }), "NO SUPERVISOR");
+  assert.equal(modeText({ mode: "run", mode_age: 5, speed_override: 1 }), "RUN");
+  assert.equal(modeText({ mode: "run", mode_age: 20, speed_override: 0.3 }), "RUN 30 %");
+  assert.equal(modeText({ mode: "hold", mode_age: 5, speed_override: 0.015 }), "HOLD 1.5 %");
+  assert.equal(modeText({ mode: null, mode_age: null, speed_override: null }), "NO SUPERVISOR");
+  assert.equal(modeText({ mode: "run", mode_age: 3200, speed_override: 0.3 }), "NO SUPERVISOR FOR 3.2 s, LAST RUN 30 %");
 });

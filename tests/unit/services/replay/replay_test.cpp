@@ -573,6 +573,22 @@ TEST(Explain, SaysWhatBindsAnArm) {
   }
 }
 
+TEST(Explain, SaysForHowLongNoSupervisorWasHeard) {
+  const TemporaryFolder folder;
+  Tape tape({.path = folder.path("run.mcap")});
+  tape.write(cell_mode(msg::Mode::MODE_RUN), 0s, 3);
+  for (int i = 1; i <= 13; ++i) tape.write(arm_state("north", static_cast<std::uint64_t>(i)), i * 250ms, 1);
+  const RecordingIndex index = index_recording(tape.close(), cell_file());
+  RecordedCell cell(index);
+  const auto order_at = [&](bus::Clock::duration at) {
+    cell.move_to(index.begin + at);
+    return explain(cell.state(), "north", cell.now()).front();
+  };
+  EXPECT_EQ(order_at(900ms), "The order for north is run, by supervisor in term 1.");
+  EXPECT_EQ(order_at(3200ms),
+            "The order for north is run, by supervisor in term 1. No supervisor was heard for 3.2 s.");
+}
+
 TEST(Explain, SaysThatAnInputWasNeverReceived) {
   const TemporaryFolder folder;
   Tape tape({.path = folder.path("run.mcap")});

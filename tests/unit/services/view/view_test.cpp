@@ -264,6 +264,7 @@ TEST_F(LiveViewTest, ShowsStatesReasonsAndFaultsOfARunningCell) {
   EXPECT_EQ(north.at("goal").at("binding").at("distance"), 0.031);
   EXPECT_EQ(north.at("goal").at("q").size(), 6U);
   EXPECT_EQ(status.at("mode"), "run");
+  EXPECT_GE(status.at("mode_age").get<double>(), 0.0);
   EXPECT_TRUE(north.at("tool").is_null()) << "no gripper was heard";
 
   msg::ToolState tool;
