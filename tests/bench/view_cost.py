@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """The cost of hecaton-view: processor time and memory for N arms and M pages, and what it does to the ticks of planners.
 
-usage: view_cost.py BIN [--arms 3,30] [--clients 1,10] [--seconds 20] [--rounds 10]
+usage: view_cost.py BIN [--arms 3,30] [--clients 1,10] [--seconds 20] [--rounds 10] [--real-time]
 
 BIN is the folder of Hecaton's programs. hecaton-view is the real one. One process publishes the states of all arms every 2 ms.
 Each page is a WebSocket that reads all messages; the last of several reads 20 kB/s only. One process reads for all pages.
 
 Then the cell three_puma runs with random goals. A round has three turns in a random order: without a view, and with a view of ten
 pages, twice. In one of these turns their reader takes idle time only (SCHED_IDLE), as if the browsers were elsewhere. In the other it has
-the priority of all other programs. The ticks' p99 is the median of what the three planners report in a turn.
+the priority of all other programs. The ticks' p99 is the median of what the three planners report in a turn. With --real-time
+the loops of the cell have real-time priority (`timing: {real_time: true}`; root).
 """
 import argparse
 import base64
@@ -158,8 +159,18 @@ def viewed(programs, cell, folder):
         yield
 
 
-def compare_ticks(programs, rounds, seconds, folder):
+def real_time_cell(cell, folder):
+    """A copy of the cell whose loops have real-time priority."""
+    text = cell.read_text()
+    copy = folder / cell.name
+    copy.write_text(text.replace("urdf: ", f"urdf: {cell.parent}/").replace("timing:\n", "timing:\n  real_time: true\n"))
+    return copy
+
+
+def compare_ticks(programs, rounds, seconds, real_time, folder):
     cell = ROOT / "deploy/cells/three_puma.yaml"
+    if real_time:
+        cell = real_time_cell(cell, folder)
     path = folder / "up.log"
     taken = {"none": [], "idle": [], "normal": []}
     with open(path, "w") as log, running(log, programs / "hecaton", "up", cell, "--headless", "--tasks", 1000000,
@@ -192,6 +203,7 @@ def main():
     parser.add_argument("--clients", default="1,10")
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--real-time", action="store_true")
     options = parser.parse_args()
     programs = options.programs.resolve()
     with tempfile.TemporaryDirectory(prefix="hecaton_cost_") as name:
@@ -201,7 +213,7 @@ def main():
             for clients in options.clients.split(","):
                 measure(programs, int(arms), int(clients), options.seconds, folder)
         if options.rounds > 0:
-            compare_ticks(programs, options.rounds, min(options.seconds, 6.0), folder)
+            compare_ticks(programs, options.rounds, min(options.seconds, 6.0), options.real_time, folder)
 
 
 if __name__ == "__main__":
