@@ -164,7 +164,7 @@ TEST_F(LiveOrders, SaveWhatRecordersOfTheCellKeep) {
   ASSERT_TRUE(recorder->wait_for_message("recording cell")) << recorder->err();
   const Json saved = order(page, {{"op", "save"}});
   EXPECT_TRUE(saved.at("done")) << saved;
-  EXPECT_NE(saved.at("text").get<std::string>().find("run-0001.mcap"), std::string::npos) << saved;
+  EXPECT_NE(saved.at("text").get<std::string>().find(folder.path("run-0")), std::string::npos) << saved;
   EXPECT_TRUE(recorder->wait_for_message("saved what is kept: a person ordered it")) << recorder->err();
   recorder->signal(SIGINT);
   EXPECT_EQ(recorder->wait(), 0) << recorder->err();

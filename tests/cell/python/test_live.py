@@ -288,7 +288,7 @@ class Goals(LiveCell):
             recorder.send_signal(signal.SIGINT)
             recorder.communicate()
         self.assertEqual(len(saved), 1)
-        self.assertTrue(saved[0].file.endswith("run-0001.mcap"), saved[0].file)
+        self.assertRegex(saved[0].file, r"/run-\d{4}\.mcap$")
         self.assertTrue(saved[0].host)
 
     def test_empty_selection_is_no_order_for_the_whole_cell(self):
