@@ -5,6 +5,8 @@
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -22,7 +24,7 @@ namespace hecaton::services::cli {
 namespace {
 
 struct BagOptions {
-  std::string file;
+  std::vector<std::string> files;
   std::optional<std::string> folder;
   bool csv = false;
   bool ros2 = false;
@@ -170,16 +172,16 @@ std::string info_text(const recorder::BagInfo& info) {
 
 ExitCode show_info(const Settings& settings, const BagOptions& options) {
   try {
-    const recorder::BagInfo info = recorder::bag_info(options.file);
+    const recorder::BagInfo info = recorder::bag_info(options.files.front());
     print(settings, info_json(info), info_text(info));
-    return judge(options.file, info.file);
+    return judge(options.files.front(), info.file);
   } catch (const recorder::RecordingError& error) {
     throw Failure(ExitCode::kBadInput, error.what());
   }
 }
 
 ExitCode export_ros2(const Settings& settings, const BagOptions& options) {
-  const auto recording = open_recording({options.file});
+  const auto recording = open_recording(options.files);
   std::vector<replay::Ros2BagTopic> topics;
   try {
     Progress progress;
@@ -204,7 +206,7 @@ ExitCode export_bag(const Settings& settings, const BagOptions& options) {
   if (!options.folder) throw Failure(ExitCode::kUsage, "bag export needs the folder to write into: -o DIR");
   if (options.ros2) return export_ros2(settings, options);
   try {
-    const recorder::ExportReport report = recorder::export_csv(options.file, *options.folder);
+    const recorder::ExportReport report = recorder::export_csv(options.files, *options.folder);
     Json files = Json::array();
     Table table({{"file"}, {"rows", Align::kRight}});
     for (const auto& [name, topic] : report.topics) {
@@ -215,16 +217,11 @@ ExitCode export_bag(const Settings& settings, const BagOptions& options) {
                    name.c_str(), topic.reason.c_str());
     }
     print(settings, {{"files", files}}, table.text(Palette::for_stream(stdout)));
-    return judge(options.file, report.file);
+    for (std::size_t i = 0; i < options.files.size(); ++i) judge(options.files[i], report.files[i]);
+    return ExitCode::kDone;
   } catch (const recorder::RecordingError& error) {
     throw Failure(ExitCode::kBadInput, error.what());
   }
-}
-
-CLI::App* add_file_command(CLI::App& app, const char* name, const char* description, BagOptions& options) {
-  CLI::App* command = app.add_subcommand(name, description);
-  command->add_option("FILE", options.file, "recording (.mcap)")->required();
-  return command;
 }
 
 }  // namespace
@@ -233,11 +230,13 @@ void add_bag(CLI::App& app, Session& session) {
   CLI::App* bag = app.add_subcommand("bag", "Shows or converts a recording");
   bag->require_subcommand(1);
   auto options = std::make_shared<BagOptions>();
-  CLI::App* info = add_file_command(*bag, "info", "Shows topics, rates, losses, clocks and attached files", *options);
+  CLI::App* info = bag->add_subcommand("info", "Shows topics, rates, losses, clocks and attached files");
+  info->add_option("FILE", options->files, "recording (.mcap)")->required()->expected(1);
   info->footer("Exit code 1: the recording has no end or is damaged; what its CRCs prove is shown.");
   info->callback(
       [&session, options] { session.action = [&session, options] { return show_info(session.settings, *options); }; });
-  CLI::App* exporter = add_file_command(*bag, "export", "Writes CSV files, or a bag of ROS 2", *options);
+  CLI::App* exporter = bag->add_subcommand("export", "Writes CSV files, or a bag of ROS 2");
+  add_recording_files(*exporter, options->files);
   exporter
       ->add_option("-o,--folder", options->folder,
                    "folder of the files; existing files stay, and a bag needs a new folder")

@@ -198,12 +198,6 @@ ExitCode run_verify(const Settings& settings, const ReplayOptions& options) {
   return differs || recomputed == 0 ? ExitCode::kNegative : ExitCode::kDone;
 }
 
-void add_files(CLI::App& command, ReplayOptions& options) {
-  command.add_option("FILE", options.files, "recording (.mcap); the files of a split recording in their order")
-      ->required()
-      ->expected(1, 10000);
-}
-
 void add_time(CLI::App& command, ReplayOptions& options, const char* description) {
   add_number(
       command, "--at", [&options](double at) { options.at = at; }, description,
@@ -215,7 +209,7 @@ void add_time(CLI::App& command, ReplayOptions& options, const char* description
 void add_replay(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("replay", "Serves the page of a recording, with a time line, until Ctrl-C");
   auto options = std::make_shared<ReplayOptions>();
-  add_files(*command, *options);
+  add_recording_files(*command, options->files);
   command->add_option("--listen", options->listen, "IPv4 address of the page (127.0.0.1: this host alone)")
       ->type_name("ADDRESS");
   add_whole_number(
@@ -243,7 +237,7 @@ void add_replay(CLI::App& app, Session& session) {
 void add_explain(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("explain", "Says what bound an arm at one time of a recording");
   auto options = std::make_shared<ReplayOptions>();
-  add_files(*command, *options);
+  add_recording_files(*command, options->files);
   command->add_option("--arm", options->arm, "name of the arm")->required()->type_name("ARM");
   add_time(*command, *options, "time since the begin of the recording [s] (0)");
   command->footer(

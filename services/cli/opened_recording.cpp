@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include <CLI/CLI.hpp>
+
 #include "services/command_line/document.hpp"
 #include "services/command_line/long_work.hpp"
 #include "services/command_line/program.hpp"
@@ -24,6 +26,12 @@ OpenedRecording::OpenedRecording(const std::vector<std::string>& paths)
 
 double OpenedRecording::length() const {
   return std::chrono::duration<double>(index.end - index.begin).count();
+}
+
+void add_recording_files(CLI::App& command, std::vector<std::string>& files) {
+  command.add_option("FILE", files, "recording (.mcap); the files of a split recording in their order")
+      ->required()
+      ->expected(1, 10000);
 }
 
 std::unique_ptr<OpenedRecording> open_recording(const std::vector<std::string>& paths) {

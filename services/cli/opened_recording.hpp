@@ -9,7 +9,14 @@
 #include "services/replay/recorded_files.hpp"
 #include "services/replay/recording_index.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace hecaton::services::cli {
+
+/// Adds the positional FILE… to a command.
+void add_recording_files(CLI::App& command, std::vector<std::string>& files);
 
 /// Its members refer to each other: neither copied nor moved.
 struct OpenedRecording {

@@ -88,7 +88,7 @@ struct Sheet {
 
 class Export {
  public:
-  Export(const std::string& path, const std::string& folder) : path_(path), folder_(folder) {
+  Export(const std::vector<std::string>& paths, const std::string& folder) : paths_(paths), folder_(folder) {
     std::error_code error;
     std::filesystem::create_directories(folder_, error);
     if (error) throw RecordingError(folder + " cannot be made: " + error.message() + "; name another folder");
@@ -107,9 +107,14 @@ class Export {
  private:
   ExportReport write_all() {
     // The longest sequences decide how many columns there are.
-    const McapReport measured = read_mcap(path_, {[this](const McapMessage& message) { measure(message); }, {}});
+    for (const std::string& path : paths_) {
+      report_.files.push_back(read_mcap(path, {[this](const McapMessage& message) { measure(message); }, {}}));
+    }
     for (auto& [topic, sheet] : sheets_) begin(topic, *sheet);
-    report_.file = read_mcap(path_, {[this](const McapMessage& message) { put(message); }, {}}, measured.bytes);
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      report_.files[i] =
+          read_mcap(paths_[i], {[this](const McapMessage& message) { put(message); }, {}}, report_.files[i].bytes);
+    }
     for (auto& [topic, sheet] : sheets_) {
       if (std::fclose(sheet->file.release()) != 0) fail_to_write(report_.topics[topic].file);
     }
@@ -173,7 +178,7 @@ class Export {
     ++exported.rows;
   }
 
-  const std::string& path_;
+  const std::vector<std::string>& paths_;
   std::filesystem::path folder_;
   std::map<std::string, std::unique_ptr<Sheet>> sheets_;
   std::vector<std::string> made_;  ///< files, to be removed when the export fails
@@ -219,8 +224,8 @@ BagInfo bag_info(const std::string& path) {
   return info;
 }
 
-ExportReport export_csv(const std::string& path, const std::string& folder) {
-  return Export(path, folder).run();
+ExportReport export_csv(const std::vector<std::string>& paths, const std::string& folder) {
+  return Export(paths, folder).run();
 }
 
 }  // namespace hecaton::services::recorder

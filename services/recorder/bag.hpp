@@ -56,13 +56,13 @@ struct ExportedTopic {
 };
 
 struct ExportReport {
-  McapReport file;
+  std::vector<McapReport> files;                ///< one for each path
   std::map<std::string, ExportedTopic> topics;  ///< by name
 };
 
-/// Writes one CSV file for each topic of Hecaton into `folder`, which it makes if it is missing. Throws RecordingError
-/// with a sentence, also when one of the files exists already or the disk is full; then it removes the files that it
-/// has made.
-ExportReport export_csv(const std::string& path, const std::string& folder);
+/// Writes one CSV file for each topic of Hecaton into `folder`, which it makes if it is missing. `paths`: a recording,
+/// or the files of a split one in their order. Throws RecordingError with a sentence, also when one of the files exists
+/// already or the disk is full; then it removes the files that it has made.
+ExportReport export_csv(const std::vector<std::string>& paths, const std::string& folder);
 
 }  // namespace hecaton::services::recorder

@@ -11,6 +11,7 @@
 
 #include "services/bus/recorded_sample.hpp"
 #include "services/bus/wire_rules.hpp"
+#include "services/runtime/log.hpp"
 #include "services/runtime/temporary_folder.hpp"
 
 namespace hecaton::services::recorder {
@@ -48,7 +49,12 @@ std::vector<AttachedFile> attachments_of(const config::CellFile& file) {
   for (const std::string& path : file.sources.read()) {
     const std::filesystem::path copy = copies.path() / std::filesystem::path(path).relative_path();
     std::error_code error;
-    if (std::filesystem::file_size(copy, error) > kLargestAttachment || error) continue;
+    const std::uintmax_t bytes = std::filesystem::file_size(copy, error);
+    if (error || bytes > kLargestAttachment) {
+      log_warning("a file of the cell is not in the recording",
+                  {{"file", path}, {"why", error ? error.message() : "more than 16 MiB"}});
+      continue;
+    }
     std::ifstream stream(copy, std::ios::binary);
     const auto place = path == cell ? attached.begin() : attached.end();
     attached.insert(place, {path, media_type(path), std::string(std::istreambuf_iterator<char>(stream), {})});

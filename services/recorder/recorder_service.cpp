@@ -21,6 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kBeginPeriod = 10s;
+const std::string kCell = "the cell";  // no name of an arm has a space
 
 /// "cell-20261128T065430Z.mcap" in `folder`.
 std::string row_path(const std::string& folder, const std::string& cell) {
@@ -38,10 +39,14 @@ void make_folder(const std::string& folder) {
   throw RecordingError("folder " + folder + " cannot be made: " + std::strerror(errno));
 }
 
-bool stops_by_order(const msg::CellMode& mode) {
-  return mode.ordered() == msg::Mode::MODE_STOP ||
-         std::any_of(mode.arms().begin(), mode.arms().end(),
-                     [](const msg::ArmOrder& order) { return order.ordered() == msg::Mode::MODE_STOP; });
+/// The arms that people have stopped; kCell: the cell.
+std::set<std::string> stopped_by_order(const msg::CellMode& mode) {
+  std::set<std::string> stopped;
+  if (mode.ordered() == msg::Mode::MODE_STOP) stopped.insert(kCell);
+  for (const msg::ArmOrder& order : mode.arms()) {
+    if (order.ordered() == msg::Mode::MODE_STOP) stopped.insert(order.arm());
+  }
+  return stopped;
 }
 
 }  // namespace
@@ -55,9 +60,12 @@ std::string SavingEvents::take() {
     if (sample.disposed || fault.cleared() || fault.severity() < msg::Severity::SEVERITY_ERROR) continue;
     event = "fault " + std::string(cause_name(fault.cause().kind())) + ": " + fault.cause().text();
   }
-  if (modes_.update() && stops_by_order(modes_.view().mode()) != stopped_) {
-    stopped_ = !stopped_;
-    if (stopped_) event = "a person ordered a stop";
+  if (modes_.update()) {
+    std::set<std::string> stopped = stopped_by_order(modes_.view().mode());
+    for (const std::string& subject : stopped) {
+      if (!stopped_.contains(subject)) event = "a person ordered a stop of " + subject;
+    }
+    stopped_ = std::move(stopped);
   }
   if (SaveSignal::take()) event = kOrdered;
   return event;

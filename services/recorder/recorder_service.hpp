@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <idl/health.h>
@@ -36,7 +37,7 @@ class SavingEvents {
  private:
   bus::Reader<msg::Fault> faults_;
   CellModeListener modes_;
-  bool stopped_ = false;  ///< by a person
+  std::set<std::string> stopped_;  ///< by a person: arms, or the cell
 };
 
 class RecorderService {

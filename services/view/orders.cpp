@@ -133,6 +133,8 @@ void Orders::give(const WebClient& program, const std::string& op, const std::ve
   const std::lock_guard lock(mutex_);
   try {
     if (!may_send(program, now)) throw Refusal("this program sends too many orders");
+    // What makes arms stand is never refused.
+    if (op == "resume" && controller_) throw Refusal(controlled_elsewhere());
     enqueue(op == "stop" ? stops_ : others_, mode_order(from, op, arms));
   } catch (const Refusal& refusal) {
     answer(from, op, false, true, refusal.what());
@@ -168,12 +170,16 @@ void Orders::take_control(const Sender& from, const Json& message, Clock::time_p
     throw Refusal("the token is wrong: open the address that 'hecaton view --control' has printed");
   }
   if (controller_ && !controls(from.page)) {
-    throw Refusal("the page at " + controller_->page.address + " controls the cell, until it releases it or is closed");
+    throw Refusal(controlled_elsewhere());
   }
   if (!controller_) log_info("a page takes control", {{"page", from.page.address}});
   controller_ = Controller{from.page, now};
   control_changed_ = true;
   answer(from, "take", true, true, "this page controls the cell");
+}
+
+std::string Orders::controlled_elsewhere() const {
+  return "the page at " + controller_->page.address + " controls the cell, until it releases it or is closed";
 }
 
 void Orders::end_control(const char* reason) {

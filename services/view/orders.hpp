@@ -110,6 +110,7 @@ class Orders {
   void accept(const Sender& from, const view::Json& message, Clock::time_point now);
   void take_control(const Sender& from, const view::Json& message, Clock::time_point now);
   void end_control(const char* reason);
+  [[nodiscard]] std::string controlled_elsewhere() const;  ///< the refusal, while a page controls
   void stop_cell(const Sender& from);
   void enqueue(Queue& queue, Order order);
   [[nodiscard]] static Order mode_order(const Sender& from, const std::string& op,

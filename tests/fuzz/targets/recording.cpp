@@ -67,7 +67,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read([&] {
     const std::string tables = fuzz::folder().path("csv");
     std::filesystem::remove_all(tables);
-    static_cast<void>(recorder::export_csv(path, tables));
+    static_cast<void>(recorder::export_csv({path}, tables));
   });
   read([&] { replay_all(path); });
   return 0;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <idl/common.h>
@@ -136,7 +137,7 @@ TEST(ExportCsv, WritesOneFileForEachTopic) {
     writer.write({json, 1, 20, 10, Bytes{'{', '}'}});
     writer.close();
   }
-  const ExportReport report = export_csv(path, folder.path("out/csv"));
+  const ExportReport report = export_csv({path}, folder.path("out/csv"));
   ASSERT_EQ(report.topics.size(), 1U);
   const ExportedTopic& topic = report.topics.at("hecaton/ArmCommand");
   EXPECT_EQ(topic.rows, 2U);
@@ -153,8 +154,28 @@ TEST(ExportCsv, WritesOneFileForEachTopic) {
                 ",north,3,41,-5,planner/north,0.01,0.1,\r\n"
                 "20,10,planner/north,01ab," +
                 version + ",north,3,41,-5,planner/north,0.01,0.2,0.3\r\n");
-  EXPECT_THROW(export_csv(path, folder.path("out/csv")), RecordingError);
+  EXPECT_THROW(export_csv({path}, folder.path("out/csv")), RecordingError);
   EXPECT_TRUE(std::filesystem::exists(folder.path("out/csv/ArmCommand.csv"))) << "existing files stay";
+}
+
+TEST(ExportCsv, WritesOneTableFromTheFilesOfASplitRecording) {
+  const TemporaryFolder folder;
+  std::vector<std::string> paths;
+  for (const std::vector<double>& q : {std::vector<double>{0.1}, std::vector<double>{0.2, 0.3}}) {
+    paths.push_back(folder.path(std::to_string(paths.size()) + ".mcap"));
+    McapWriter writer(paths.back(), "hecaton");
+    const std::uint16_t schema = writer.add_schema("hecaton::msg::ArmCommand", "omgidl", "");
+    const std::uint16_t channel = writer.add_channel(schema, "hecaton/ArmCommand", "cdr", {{"node", "planner/north"}});
+    writer.write({channel, 1, paths.size(), 10, arm_command(true, q)});
+    writer.close();
+  }
+  const ExportReport report = export_csv(paths, folder.path("csv"));
+  EXPECT_EQ(report.files.size(), 2U);
+  EXPECT_EQ(report.topics.at("hecaton/ArmCommand").rows, 2U);
+  std::ifstream file(folder.path("csv/ArmCommand.csv"), std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(text.find(",q[0],q[1]\r\n1,10,"), std::string::npos) << text;
+  EXPECT_TRUE(text.ends_with(",0.01,0.2,0.3\r\n")) << text;
 }
 
 TEST(ExportCsv, SaysThatTheDiskIsFullAndKeepsNoFile) {
@@ -170,7 +191,7 @@ TEST(ExportCsv, SaysThatTheDiskIsFullAndKeepsNoFile) {
     writer.close();
     const FullDisk full(100);
     try {
-      export_csv(path, out);
+      export_csv({path}, out);
       ADD_FAILURE() << rows;
     } catch (const RecordingError& error) {
       EXPECT_NE(std::string(error.what()).find("ArmCommand.csv cannot be written: the disk is full"), std::string::npos)

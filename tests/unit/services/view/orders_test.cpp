@@ -84,6 +84,21 @@ TEST_F(OrdersTest, GiveControlToOnePageWithTheToken) {
   EXPECT_TRUE(take(first_, token_).at("done"));
 }
 
+TEST_F(OrdersTest, RefuseOnlyTheResumeOfAProgramWhileAPageControls) {
+  const WebClient program{3, "127.0.0.1:1003"};
+  const std::string refusal = "the page at " + first_.address + " controls the cell, until it releases it or is closed";
+  std::string resume;
+  std::string hold;
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  orders_->give(
+      program, "resume", {}, [&](bool, const std::string& text) { resume = text; }, now_);
+  orders_->give(
+      program, "hold", {}, [&](bool, const std::string& text) { hold = text; }, now_);
+  orders_.reset();  // waits for the answers
+  EXPECT_EQ(resume, refusal);
+  EXPECT_NE(hold, refusal) << "a program may always make arms stand";
+}
+
 TEST_F(OrdersTest, EndTheControlOfASilentPage) {
   EXPECT_TRUE(take(first_, token_).at("done"));
   now_ += kControlLease;
