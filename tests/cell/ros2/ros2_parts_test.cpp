@@ -437,6 +437,15 @@ TEST(Ros2ActionGoals, NameThoseThatACancellationMeans) {
   EXPECT_EQ(answer(later, {kSeconds, 7}), (Answer{0, {2, 3}})) << "the goal, and all until then";
 }
 
+TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
+  ros2::UnreadableLog log("/planning_scene", "moveit_msgs/msg/PlanningScene");
+  const auto now = bus::Clock::now();
+  EXPECT_TRUE(log.note(now));
+  EXPECT_FALSE(log.note(now + 59s));
+  EXPECT_TRUE(log.note(now + 60s));
+  EXPECT_FALSE(log.note(now + 119s));
+}
+
 TEST(Ros2ActionGoals, AreTheSameAfterARestart) {
   const auto now = bus::Clock::now();
   ros2::ActionGoals before;
