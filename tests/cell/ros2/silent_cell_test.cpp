@@ -6,11 +6,13 @@
 
 #include "planner/model/kinematics.hpp"
 #include "services/client/connection.hpp"
-#include "services/ros2/trajectory_server.hpp"
+#include "services/ros2/control.hpp"
 #include "tests/cell/ros2/ros2_cell.hpp"
 
 namespace hecaton::test {
 namespace {
+
+using Trigger = PeerClient<std_srvs::srv::Trigger_RequestPubSubType, std_srvs::srv::Trigger_ResponsePubSubType>;
 
 config::CellFile three_puma_with_ros2() {
   config::CellFile file = config::load_cell_file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
@@ -105,6 +107,37 @@ TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {
   EXPECT_EQ(answer->return_code(), 0);
   ASSERT_EQ(answer->goals_canceling().size(), 1U);
   EXPECT_EQ(answer->goals_canceling()[0].goal_id().uuid(), *id);
+}
+
+TEST_F(SilentCell, StopsWithoutWaitingForOtherOrders) {
+  ros2::OrderServices orders(participant_, file_, Cell(connection_), mailbox_);
+  Trigger hold(peer_, "/cell/north/hold");
+  Trigger hold_east(peer_, "/cell/east/hold");
+  Trigger resume(peer_, "/cell/north/resume");
+  Trigger resume_west(peer_, "/cell/west/resume");
+  Trigger stop(peer_, "/cell/north/stop");
+  serve([&](bus::Clock::time_point) { orders.update(); });
+  for (Trigger* service : {&hold, &hold_east, &resume, &resume_west, &stop}) ASSERT_TRUE(service->wait_available());
+  std::vector<rtps::SampleIdentity> holds;
+  for (int i = 0; i < 4; ++i) holds.push_back(hold.send({}));
+  const auto first = hold.receive(holds[0]);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->success()) << "no supervisor answers";
+  const auto resumed = resume.send({});
+  const auto resumed_west = resume_west.send({});
+  const auto held_east = hold_east.send({});
+  const auto stopped = stop.call({});
+  ASSERT_TRUE(stopped);
+  EXPECT_FALSE(stopped->success());
+  EXPECT_FALSE(hold.receive(holds[3], 0s)) << "the stop has waited for all holds";
+  const auto withdrawn = resume.receive(resumed);
+  ASSERT_TRUE(withdrawn);
+  EXPECT_NE(withdrawn->message().find("not carried out: a later request of /cell/north/stop"), std::string::npos)
+      << withdrawn->message();
+  ASSERT_TRUE(hold_east.receive(held_east));
+  EXPECT_FALSE(resume_west.receive(resumed_west, 0s)) << "the hold was sent later, but comes first";
+  loop_.request_stop();
+  loop_.join();
 }
 
 }  // namespace
