@@ -12,9 +12,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kStatusPeriod = 100ms;                        // of an active goal
-constexpr auto kTrajectoryTime = 10s;                        // for a client to send the trajectory of its goal again
-constexpr auto kFreeTime = 500ms;                            // of free motion after which an arm is not obstructed
+constexpr auto kStatusPeriod = 100ms;  // of an active goal
+constexpr auto kTrajectoryTime = 10s;  // for a client to send the trajectory of its goal again
+constexpr auto kFreeTime = 500ms;      // of free motion after which an arm is not obstructed
+constexpr auto kUnknownTime = 1s;      // in which the goal of a cancellation, or a status of it, may still arrive
+constexpr auto kUnknownPeriod = 20ms;  // between two answers to such cancellations: a writer keeps few statuses
 constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals, to recognise repetitions
 
 msg::Cause cancelled() {
@@ -62,19 +64,59 @@ void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
     return;
   }
   if (goal.cancel()) {
-    cancel(goal.goal(), now);
-  } else {
-    waiting_.push_back({goal, now});
+    const bool answered = cancel(goal.goal(), now) || has_ended(goal.goal());
+    // The planner would reject a goal with a longer name.
+    if (answered || goal.goal().size() > GoalSnapshot::kLongestName) return;
+    unknown_.push_back({goal.goal(), digest(goal), now});
+    if (unknown_.size() > kRemembered) unknown_.pop_front();
+    return;
+  }
+  waiting_.push_back({goal, now});
+  const bool cancelled_before = std::erase_if(unknown_, [&](const auto& it) { return it.goal == goal.goal(); }) > 0;
+  if (cancelled_before) (void)cancel(goal.goal(), now);
+}
+
+bool GoalManager::cancel(const std::string& goal, Clock::time_point now) {
+  bool known = false;
+  if (active_ && active_->goal.goal() == goal) {
+    known = true;
+    end_active(msg::GoalState::GOAL_CANCELLED, cancelled(), now);
+  }
+  if (resolving_ && resolving_->goal() == goal) known = resolving_cancelled_ = true;
+  for (const Waiting& waiting : waiting_) {
+    if (waiting.goal.goal() != goal) continue;
+    known = true;
+    add_status(waiting.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
+  }
+  std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
+  return known;
+}
+
+void GoalManager::answer_unknown_cancellations(Clock::time_point now) {
+  while (!unknown_.empty()) {
+    const std::string goal = unknown_.front().goal;
+    const bool settled = has_ended(goal) || cancel(goal, now);  // a status of another planner has told of it
+    if (!settled) {
+      if (now - unknown_.front().since < kUnknownTime || now - answered_unknown_ < kUnknownPeriod) return;
+      answered_unknown_ = now;
+      msg::Goal of;
+      of.goal(goal);
+      add_status(of, msg::GoalState::GOAL_CANCELLED,
+                 make_cause(msg::CauseKind::CAUSE_GOAL_CANCELLED, {},
+                            "its client cancelled it before this planner received it"));
+    }
+    unknown_.pop_front();
   }
 }
 
-void GoalManager::cancel(const std::string& goal, Clock::time_point now) {
-  if (active_ && active_->goal.goal() == goal) end_active(msg::GoalState::GOAL_CANCELLED, cancelled(), now);
-  if (resolving_ && resolving_->goal() == goal) resolving_cancelled_ = true;
-  for (const Waiting& waiting : waiting_) {
-    if (waiting.goal.goal() == goal) add_status(waiting.goal, msg::GoalState::GOAL_CANCELLED, cancelled());
-  }
-  std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.goal.goal() == goal; });
+bool GoalManager::has_ended(const std::string& goal) const {
+  return std::find(ended_.begin(), ended_.end(), goal) != ended_.end();
+}
+
+void GoalManager::remember_end(const std::string& goal) {
+  if (goal.size() > GoalSnapshot::kLongestName || has_ended(goal)) return;
+  ended_.push_back(goal);
+  if (ended_.size() > kRemembered) ended_.pop_front();
 }
 
 std::optional<msg::Goal> GoalManager::next_to_resolve() {
@@ -88,6 +130,7 @@ std::optional<msg::Goal> GoalManager::next_to_resolve() {
 
 void GoalManager::restart_waits(Clock::time_point now) {
   for (Waiting& waiting : waiting_) waiting.since = now;
+  for (UnknownCancellation& cancellation : unknown_) cancellation.since = now;
 }
 
 void GoalManager::reject_expired(Clock::time_point now, Clock::duration limit, const msg::Cause& cause) {
@@ -157,6 +200,7 @@ bool GoalManager::answer(const GoalAnswer& answer, Clock::time_point now) {
 
 bool GoalManager::follow(const msg::GoalStatus& status, Clock::time_point now) {
   if (is_final(status.state())) {
+    remember_end(status.goal());
     if (!active_ || active_->goal.goal() != status.goal()) return false;
     active_.reset();
     if (status.state() != msg::GoalState::GOAL_REACHED) change_ = planner::GoalChange{};
@@ -228,6 +272,7 @@ GoalSnapshot GoalManager::snapshot(Clock::time_point now) const {
   std::vector<std::uint64_t> unanswered;
   if (resolving_ && !resolving_rejected_) unanswered.push_back(digest(*resolving_));
   for (const Waiting& waiting : waiting_) unanswered.push_back(digest(waiting.goal));
+  for (const UnknownCancellation& cancellation : unknown_) unanswered.push_back(cancellation.digest);
   for (const std::uint64_t id : handled_) {
     if (std::find(unanswered.begin(), unanswered.end(), id) == unanswered.end()) snapshot.handled.push_back(id);
   }
@@ -332,6 +377,7 @@ void GoalManager::add_status(const msg::Goal& goal, msg::GoalState state, const 
   status.state(state);
   status.cause(cause);
   if (!is_final(state) || goal.goal().size() > GoalSnapshot::kLongestName) return;
+  remember_end(goal.goal());
   results_.push_back({goal.goal(), state});
   if (results_.size() > GoalSnapshot::kResults) results_.pop_front();
 }

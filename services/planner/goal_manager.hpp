@@ -88,8 +88,12 @@ class GoalManager {
 
   /// The next goal to resolve, for which answer() must be called; empty while another goal is being resolved.
   [[nodiscard]] std::optional<msg::Goal> next_to_resolve();
-  /// A standby planner rejects no goals: their waiting time begins at `now`.
+  /// A standby planner rejects no goals and answers no unknown cancellations: their waiting time begins at `now`.
   void restart_waits(Clock::time_point now);
+  /// Reports goals as cancelled of which only the cancellation has arrived: the bus keeps only the last message of a
+  /// goal for a planner that starts later. Goals whose final status is known keep it. For the planner in charge, in
+  /// each period; one answer in 20 ms, so that many do not displace the statuses that late clients need.
+  void answer_unknown_cancellations(Clock::time_point now);
   /// Rejects goals that have waited longer than `limit`.
   void reject_expired(Clock::time_point now, Clock::duration limit, const msg::Cause& cause);
   /// Goals cannot be resolved: rejects all that wait and the one that is being resolved, whose answer is then ignored.
@@ -154,12 +158,22 @@ class GoalManager {
     std::optional<Clock::time_point> free_since = {};
   };
 
+  /// Of a goal that this planner does not know.
+  struct UnknownCancellation {
+    std::string goal;
+    std::uint64_t digest;
+    Clock::time_point since;
+  };
+
   [[nodiscard]] bool handled_before(const msg::Goal& goal);
   [[nodiscard]] bool knows(const std::string& goal) const;
   void activate(Active active);
   /// Takes the trajectory of the active goal, of which this planner knows only that it has one.
   void take_trajectory(const msg::Goal& goal);
-  void cancel(const std::string& goal, Clock::time_point now);
+  /// False: no such goal is under way.
+  [[nodiscard]] bool cancel(const std::string& goal, Clock::time_point now);
+  [[nodiscard]] bool has_ended(const std::string& goal) const;
+  void remember_end(const std::string& goal);
   /// Updates the time since which the arm is obstructed. A short free motion does not end it.
   void update_hold(bool obstructed, Clock::time_point now);
   void add_status(const msg::Goal& goal, msg::GoalState state, const msg::Cause& cause);
@@ -171,7 +185,10 @@ class GoalManager {
   std::deque<std::uint64_t> handled_;         ///< digests, oldest first
   std::deque<std::string> activated_;         ///< goals that were active, oldest first
   std::deque<GoalSnapshot::Result> results_;  ///< the last ones, oldest first
+  std::deque<std::string> ended_;             ///< goals with a final status of any planner, oldest first
   std::deque<Waiting> waiting_;
+  std::deque<UnknownCancellation> unknown_;  ///< oldest first
+  Clock::time_point answered_unknown_{};
   std::optional<msg::Goal> resolving_;
   bool resolving_cancelled_ = false;
   bool resolving_rejected_ = false;

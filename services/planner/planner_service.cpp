@@ -229,7 +229,11 @@ void PlannerService::handle_goals(Clock::time_point now) {
   for (const msg::Goal& goal : subscriptions_.take_goals()) goals_.receive(goal, now);
   for (const GoalAnswer& answer : resolver_.answers()) goals_.answer(answer, now);
 
-  if (!failover_.in_charge()) goals_.restart_waits(now);
+  if (failover_.in_charge()) {
+    goals_.answer_unknown_cancellations(now);
+  } else {
+    goals_.restart_waits(now);
+  }
   end_goals_without_device(now);
   if (failover_.in_charge() && stalled_.resolver) {
     goals_.reject_all(make_cause(msg::CauseKind::CAUSE_GOAL_NOT_RESOLVED, {}, *stalled_.resolver));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/bus/ros2_endpoint.hpp"
+#include "services/ros2/unreadable_log.hpp"
 #include "services/ros2_messages/cdr.hpp"
 #include "services/ros2_messages/ros2_types.hpp"
 #include "services/ros2_messages/time.hpp"
@@ -66,13 +67,17 @@ template <class Message>
 class Subscription {
  public:
   Subscription(bus::Participant& participant, const std::string& name, const TypeInfo& type, bus::Mailbox& mailbox)
-      : reader_(participant, topic_of(name, type, Delivery::kStream), mailbox) {}
+      : reader_(participant, topic_of(name, type, Delivery::kStream), mailbox), unreadable_(name, type.name) {}
 
-  /// The well-formed messages since the last call, oldest first.
+  /// The well-formed messages since the last call, oldest first. The log tells of others.
   [[nodiscard]] std::vector<Message> take() {
     std::vector<Message> messages;
     for (const bus::ros2::Sample& sample : reader_.take()) {
-      if (auto message = decoded<Message>(sample.bytes)) messages.push_back(std::move(*message));
+      if (auto message = decoded<Message>(sample.bytes)) {
+        messages.push_back(std::move(*message));
+      } else {
+        unreadable_.note(sample.received);
+      }
     }
     return messages;
   }
@@ -80,6 +85,7 @@ class Subscription {
 
  private:
   bus::ros2::Reader reader_;
+  UnreadableLog unreadable_;
 };
 
 }  // namespace hecaton::ros2

@@ -250,4 +250,13 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
   return end(TrajectoryCode::kSuccessful, "");
 }
 
+std::optional<std::string> CancellationWait::update(const Input& input) {
+  silence_ = input.reported == reported_ ? silence_ + input.dt : 0.0;
+  reported_ = input.reported;
+  if (input.over) return "canceled by its client";
+  if (silence_ <= TrajectoryFollower::kAnswerTime) return std::nullopt;
+  return "canceled by its client; no planner of the arm has confirmed it for " +
+         rounded(TrajectoryFollower::kAnswerTime) + " s; `hecaton status` shows whether one runs";
+}
+
 }  // namespace hecaton::ros2

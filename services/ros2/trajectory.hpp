@@ -95,4 +95,21 @@ class TrajectoryFollower {
   double elapsed_ = 0.0;   ///< since the start, with waits [s]
 };
 
+/// Waits until the planner has ended the goal of a cancelled trajectory.
+class CancellationWait {
+ public:
+  struct Input {
+    double dt;                            ///< since the last call [s]
+    bool over = false;                    ///< the goal has ended
+    std::optional<double> reported = {};  ///< age of the goal in the last report of a planner [s]; empty: none
+  };
+  /// How the trajectory has ended, for people. It also ends when no planner has reported on the goal for
+  /// TrajectoryFollower::kAnswerTime. Empty: wait.
+  [[nodiscard]] std::optional<std::string> update(const Input& input);
+
+ private:
+  double silence_ = 0.0;  ///< of planners [s]
+  std::optional<double> reported_;
+};
+
 }  // namespace hecaton::ros2

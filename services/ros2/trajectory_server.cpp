@@ -12,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kFeedbackPeriod = 40ms;
+constexpr auto kCancelPeriod = 1s;        // between attempts to cancel
 constexpr std::size_t kMostWaiting = 64;  // requests for results
 /// After a restart, clients of the earlier process are discovered within this time, and planners report their goals.
 constexpr auto kRediscovery = 3s;
@@ -19,7 +20,6 @@ constexpr auto kPlannerReport = 5s;
 
 // Return codes of action_msgs/srv/CancelGoal.
 constexpr std::int8_t kCancelAccepted = 0;
-constexpr std::int8_t kCancelRejected = 1;
 constexpr std::int8_t kCancelUnknown = 2;
 constexpr std::int8_t kCancelTerminated = 3;
 
@@ -35,6 +35,10 @@ std::string reason_of(const Progress& progress) {
             std::to_string(progress.binding->distance).substr(0, 5) + " m from " + progress.binding->other + ")";
   }
   return text;
+}
+
+std::int64_t nanoseconds_of(const Time& stamp) {
+  return std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec;
 }
 
 bool is_stamp_zero(const Time& stamp) {
@@ -111,6 +115,24 @@ GoalInfo ActionGoals::info(const Id& id) const {
   return {{id}, goals_.at(id).stamp};
 }
 
+CancelGoalResponse ActionGoals::cancellable(const GoalInfo& request) const {
+  CancelGoalResponse response;
+  response.return_code = kCancelAccepted;
+  const Id& id = request.goal_id.uuid;
+  const bool certain = id != Id{} && is_stamp_zero(request.stamp);
+  const bool all = id == Id{} && is_stamp_zero(request.stamp);
+  for (const Id& each : order_) {
+    const Goal& goal = goals_.at(each);
+    if (goal.result) continue;
+    const bool until = !certain && nanoseconds_of(goal.stamp) <= nanoseconds_of(request.stamp);
+    if (all || until || each == id) response.goals_canceling.push_back(info(each));
+  }
+  if (certain && response.goals_canceling.empty()) {
+    response.return_code = knows(id) ? kCancelTerminated : kCancelUnknown;
+  }
+  return response;
+}
+
 std::vector<SavedGoal> ActionGoals::saved() const {
   std::vector<SavedGoal> all;
   for (const Id& id : order_) {
@@ -176,9 +198,13 @@ void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point 
   }
   const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
   active_.emplace(Active{id, TrajectoryFollower(std::move(*order)), active.order,
-                         client::Connection::adopt(connection_, arm_.name, active.goal), begun, begun, active.canceling,
+                         client::Connection::adopt(connection_, arm_.name, active.goal), begun, begun, std::nullopt,
                          true});
-  if (active.canceling) active_->goal->cancel();
+  if (active.canceling) {
+    active_->cancellation.emplace();
+    active_->updated = now;
+    cancel_active(now);
+  }
   services::log_info("trajectory continues after a restart", {{"arm", arm_.name}, {"goal", active.goal}});
 }
 
@@ -195,14 +221,14 @@ void TrajectoryServer::save() {
                              active_->order,
                              {start.begin(), start.end()},
                              stamp_of(active_->begun),
-                             active_->canceling});
+                             active_->cancellation.has_value()});
   }
   checkpoint_.save(action);
 }
 
 void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
   take_goals(arm, now);
-  take_cancellations();
+  take_cancellations(now);
   follow(arm, now);
   take_result_requests();
   send_results(now);
@@ -258,34 +284,22 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
   status_.publish(goals_.statuses());
 }
 
-void TrajectoryServer::take_cancellations() {
+void TrajectoryServer::take_cancellations(Clock::time_point now) {
   for (const bus::ros2::Request& request : cancel_goal_.take()) {
     const auto cancel = decoded<CancelGoalRequest>(request.bytes);
     if (!cancel) {
       refuse_unreadable("cancel_goal");
       continue;
     }
-    CancelGoalResponse response;
-    const ActionGoals::Id& id = cancel->goal_info.goal_id.uuid;
-    const Time& stamp = cancel->goal_info.stamp;
-    const bool all = id == ActionGoals::Id{};
-    const auto wanted = [&](const GoalInfo& goal) {
-      if (goal.goal_id.uuid == id) return true;
-      const bool in_time = seconds_of(goal.stamp) <= seconds_of(stamp);
-      return is_stamp_zero(stamp) ? all : in_time;
-    };
-    if (active_ && wanted(goals_.info(active_->id))) {
-      active_->canceling = true;
-      if (active_->goal) active_->goal->cancel();
+    const CancelGoalResponse response = goals_.cancellable(cancel->goal_info);
+    for (const GoalInfo& goal : response.goals_canceling) {
+      if (!active_ || active_->id != goal.goal_id.uuid || active_->cancellation) continue;
+      active_->cancellation.emplace();
+      active_->updated = now;
+      cancel_active(now);
       goals_.set_status(active_->id, ActionGoals::kCanceling);
-      response.return_code = kCancelAccepted;
-      response.goals_canceling.push_back(goals_.info(active_->id));
       save();
       status_.publish(goals_.statuses());
-    } else if (!all) {
-      response.return_code = goals_.knows(id) ? kCancelTerminated : kCancelUnknown;
-    } else {
-      response.return_code = kCancelRejected;
     }
     cancel_goal_.reply(request.id, encoded(response));
   }
@@ -345,13 +359,15 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
 }
 
 void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
-  if (!active_ || arm.kinematics == nullptr) return;
+  if (!active_) return;
+  if (active_->cancellation) return await_cancellation(now);
+  if (arm.kinematics == nullptr) return;
   TrajectoryFollower::Input input{measured(arm), std::chrono::duration<double>(now - active_->updated).count()};
   active_->updated = now;
   bool over = !active_->goal;
   const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
   if (!progress && !active_->restored) input.report = TrajectoryFollower::GoalReport::kUnanswered;
-  if (!progress && active_->restored && now > restored_ + kPlannerReport) {
+  if (is_lost_since_restart(progress, now)) {
     over = true;
     input.report = TrajectoryFollower::GoalReport::kLost;
     input.reason = "hecaton-ros2 was restarted, and no planner knows the goal";
@@ -370,13 +386,9 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
       input.report = TrajectoryFollower::GoalReport::kLost;
     }
   }
-  if (active_->canceling) {
-    if (over) finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, "canceled by its client", now);
-    return;
-  }
   if (const auto end = active_->follower.update(input)) {
     const bool done = end->code == TrajectoryCode::kSuccessful;
-    if (!done && active_->goal) active_->goal->cancel();
+    if (!done) cancel_active(now);
     return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, end->code, end->text, now);
   }
   const bool time_is_known = progress || !active_->restored;  // after a restart the planner says it
@@ -384,6 +396,33 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
     fed_back_ = now;
     publish_feedback(arm);
   }
+}
+
+void TrajectoryServer::await_cancellation(Clock::time_point now) {
+  if (!active_->cancel_sent && now >= cancel_tried_ + kCancelPeriod) cancel_active(now);
+  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  CancellationWait::Input input{std::chrono::duration<double>(now - active_->updated).count()};
+  active_->updated = now;
+  input.over = !active_->goal || (progress && is_final(progress->state)) || is_lost_since_restart(progress, now);
+  if (progress) input.reported = progress->elapsed.count();
+  if (const auto end = active_->cancellation->update(input)) {
+    finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, *end, now);
+  }
+}
+
+void TrajectoryServer::cancel_active(Clock::time_point now) {
+  if (!active_->goal) return;
+  cancel_tried_ = now;
+  try {
+    active_->goal->cancel();
+    active_->cancel_sent = true;
+  } catch (const Error& error) {
+    services::log_warning("trajectory not cancelled at its planner", {{"arm", arm_.name}, {"reason", error.what()}});
+  }
+}
+
+bool TrajectoryServer::is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const {
+  return !progress && active_->restored && now > restored_ + kPlannerReport;
 }
 
 void TrajectoryServer::finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now) {

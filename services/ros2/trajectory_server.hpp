@@ -50,6 +50,9 @@ class ActionGoals {
   [[nodiscard]] std::optional<GetResultResponse> result(const Id& id) const;
   [[nodiscard]] GoalStatusArray statuses() const;
   [[nodiscard]] GoalInfo info(const Id& id) const;
+  /// The answer to a request to cancel goals, as rcl_action gives it: with the goals that shall be cancelled. A zero id
+  /// and a zero stamp name all goals; a stamp names all goals accepted until then, and the goal of the id.
+  [[nodiscard]] CancelGoalResponse cancellable(const GoalInfo& request) const;
   /// All goals, in the order of acceptance.
   [[nodiscard]] std::vector<SavedGoal> saved() const;
   void restore(const std::vector<SavedGoal>& goals);
@@ -92,18 +95,23 @@ class TrajectoryServer {
     std::optional<Goal> goal;  ///< for the planner
     Clock::time_point begun{};
     Clock::time_point updated{};
-    bool canceling = false;
-    bool restored = false;  ///< an earlier process has sent it
+    std::optional<CancellationWait> cancellation = {};  ///< empty: no client has cancelled it
+    bool restored = false;                              ///< an earlier process has sent it
+    bool cancel_sent = false;
   };
 
   void restore();
   void restore(const SavedTrajectory& active, Clock::time_point now);
   void save();
   void take_goals(const ArmSnapshot& arm, Clock::time_point now);
-  void take_cancellations();
+  void take_cancellations(Clock::time_point now);
   void take_result_requests();
   void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
   void follow(const ArmSnapshot& arm, Clock::time_point now);
+  void await_cancellation(Clock::time_point now);
+  /// Cancels the active goal at its planner. A failure is logged; later calls try again, once a second.
+  void cancel_active(Clock::time_point now);
+  [[nodiscard]] bool is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const;
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
   void send_goal(Clock::time_point now);
   void send_results(Clock::time_point now);
@@ -122,6 +130,7 @@ class TrajectoryServer {
   std::optional<Active> active_;
   std::vector<std::pair<ActionGoals::Id, bus::ros2::RequestId>> waiting_;  ///< requests for results of running goals
   Clock::time_point fed_back_{};
+  Clock::time_point cancel_tried_{};
   Clock::time_point restored_{};  ///< when this process has continued those of an earlier one
   bool told_unreadable_ = false;
 };

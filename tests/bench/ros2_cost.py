@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The cost of hecaton-ros2 for cells of N arms: processor time, memory, traffic to one reader of all topics, and latency.
+"""The cost of hecaton-ros2 for cells of N arms: processor time, memory, traffic to one reader, and latency.
 
 usage: ros2_cost.py BIN [--arms 3,30] [--seconds 20]
 
 BIN is the folder of Hecaton's programs and of cyclone_peer, which needs Cyclone DDS. hecaton-ros2 is the real one. One process
-publishes the states of all arms, which move, every 2 ms. A program of another DDS vendor reads all topics; its payload counts.
+publishes the states of all arms, which move, every 2 ms. A program of another DDS vendor reads /joint_states, /tf,
+/diagnostics and the four topics of markers, but no topic of a single arm (/ARM/joint_states, /ARM/status); its payload counts.
 The latency is that from the arrival of an arm's state to the arrival of the joint states with the same positions.
 """
 import json

@@ -131,10 +131,15 @@ class ActionClient {
   std::optional<Result> await_result(const rtps::SampleIdentity& asked, std::chrono::seconds limit = kLong) {
     return result_.receive(asked, limit);
   }
-  int cancel(const Id& id) {
+  /// `seconds`: of the stamp.
+  std::optional<action_msgs::srv::CancelGoal_Response> ask_cancel(const Id& id, std::int32_t seconds) {
     action_msgs::srv::CancelGoal_Request request;
     request.goal_info().goal_id().uuid(id);
-    const auto response = cancel_.call(request);
+    request.goal_info().stamp().sec(seconds);
+    return cancel_.call(request);
+  }
+  int cancel(const Id& id) {
+    const auto response = ask_cancel(id, 0);
     return response ? response->return_code() : -1;
   }
 

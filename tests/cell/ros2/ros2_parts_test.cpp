@@ -335,6 +335,19 @@ TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
   for (int i = 0; i < 40; ++i) EXPECT_FALSE(answered.update(input)) << i;
 }
 
+TEST(Ros2CancellationWait, EndsWithItsGoalOrAfterASilenceOfThePlanner) {
+  ros2::CancellationWait over;
+  EXPECT_FALSE(over.update({.dt = 0.5, .reported = 1.0}));
+  EXPECT_EQ(over.update({.dt = 0.5, .over = true, .reported = 1.5}), "canceled by its client");
+
+  ros2::CancellationWait silent;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(silent.update({.dt = 0.5, .reported = 0.1 * i})) << i;
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(silent.update({.dt = 0.5, .reported = 9.9})) << i;
+  const auto end = silent.update({.dt = 0.5, .reported = 9.9});
+  ASSERT_TRUE(end);
+  EXPECT_NE(end->find("no planner of the arm has confirmed it for 10 s"), std::string::npos) << *end;
+}
+
 TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
   auto goal = ramp(north().home(), 0.8, 4.0);
   goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
@@ -393,6 +406,44 @@ TEST(Ros2ActionGoals, KeepResultsForLateClients) {
   EXPECT_EQ(goals.result(id)->result.error_string, "done");
   goals.forget_old(now + 16min);
   EXPECT_EQ(goals.result(id)->status, ros2::ActionGoals::kUnknown);
+}
+
+// As rcl_action_process_cancel_request() answers.
+TEST(Ros2ActionGoals, NameThoseThatACancellationMeans) {
+  ros2::ActionGoals goals;
+  const ros2::ActionGoals::Id none{};
+  const ros2::ActionGoals::Id ended{1};
+  const ros2::ActionGoals::Id running{2};
+  const ros2::ActionGoals::Id later{3};
+  const auto answer = [&](const ros2::ActionGoals::Id& id, const ros2::Time& stamp) {
+    const auto response = goals.cancellable({{id}, stamp});
+    std::vector<int> numbers;
+    for (const auto& goal : response.goals_canceling) numbers.push_back(goal.goal_id.uuid[0]);
+    return std::pair(int{response.return_code}, numbers);
+  };
+  using Answer = std::pair<int, std::vector<int>>;
+  EXPECT_EQ(answer(none, {0, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(none, {9, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(running, {9, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(running, {0, 0}), (Answer{2, {}}));
+  constexpr std::int32_t kSeconds = 1'800'000'000;
+  ASSERT_TRUE(goals.add(ended, {5, 0}) && goals.add(running, {kSeconds, 7}) && goals.add(later, {kSeconds, 8}));
+  goals.end(ended, ros2::ActionGoals::kSucceeded, {}, bus::Clock::now());
+  EXPECT_EQ(answer(ended, {0, 0}), (Answer{3, {}}));
+  EXPECT_EQ(answer(running, {0, 0}), (Answer{0, {2}}));
+  EXPECT_EQ(answer(none, {0, 0}), (Answer{0, {2, 3}}));
+  EXPECT_EQ(answer(none, {kSeconds, 6}), (Answer{0, {}}));
+  EXPECT_EQ(answer(none, {kSeconds, 7}), (Answer{0, {2}})) << "to the nanosecond";
+  EXPECT_EQ(answer(later, {kSeconds, 7}), (Answer{0, {2, 3}})) << "the goal, and all until then";
+}
+
+TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
+  ros2::UnreadableLog log("/planning_scene", "moveit_msgs/msg/PlanningScene");
+  const auto now = bus::Clock::now();
+  EXPECT_TRUE(log.note(now));
+  EXPECT_FALSE(log.note(now + 59s));
+  EXPECT_TRUE(log.note(now + 60s));
+  EXPECT_FALSE(log.note(now + 119s));
 }
 
 TEST(Ros2ActionGoals, AreTheSameAfterARestart) {

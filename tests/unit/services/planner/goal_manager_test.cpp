@@ -11,6 +11,16 @@ namespace {
 using namespace std::chrono_literals;
 using Statuses = std::vector<std::pair<std::string, msg::GoalState>>;
 
+msg::GoalStatus status_of_the_other(const std::string& goal, msg::GoalState state) {
+  msg::GoalStatus status;
+  status.arm("arm1");
+  status.goal(goal);
+  status.state(state);
+  status.elapsed(2.0);
+  status.q_goal({0.5});
+  return status;
+}
+
 class GoalManagerTest : public testing::Test {
  protected:
   msg::Goal goal(const std::string& name, double time_limit = 0.0) {
@@ -20,6 +30,11 @@ class GoalManagerTest : public testing::Test {
     message.client("test");
     message.sequence_number(++sent_);
     message.time_limit(time_limit);
+    return message;
+  }
+  msg::Goal cancellation(const std::string& name) {
+    msg::Goal message = goal(name);
+    message.cancel(true);
     return message;
   }
   static GoalAnswer yes(const msg::Goal& goal) { return {.goal = goal, .q_goal = planner::JointVector::Zero(1)}; }
@@ -174,6 +189,73 @@ TEST_F(GoalManagerTest, CancelsWaitingResolvingAndActiveGoals) {
   EXPECT_FALSE(goals_.has_active());
 }
 
+TEST_F(GoalManagerTest, ReportsAGoalOfWhichOnlyTheCancellationArrivesAsCancelled) {
+  goals_.receive(cancellation("a"), now_);
+  goals_.answer_unknown_cancellations(now_ + 900ms);
+  EXPECT_EQ(statuses(), Statuses{}) << "the goal may still arrive";
+  goals_.answer_unknown_cancellations(now_ + 1s);
+  ASSERT_EQ(statuses(), (Statuses{{"a", msg::GoalState::GOAL_CANCELLED}}));
+  EXPECT_EQ(statuses_[0].cause().kind(), msg::CauseKind::CAUSE_GOAL_CANCELLED);
+  EXPECT_FALSE(goals_.take_change()) << "the arm has no goal less";
+  goals_.receive(cancellation("a"), now_ + 2s);
+  goals_.answer_unknown_cancellations(now_ + 9s);
+  EXPECT_EQ(statuses(), Statuses{}) << "it is answered once";
+}
+
+TEST_F(GoalManagerTest, CancelsAGoalThatArrivesAfterItsCancellation) {
+  goals_.receive(cancellation("a"), now_);
+  goals_.receive(goal("a"), now_);
+  EXPECT_EQ(statuses(), (Statuses{{"a", msg::GoalState::GOAL_CANCELLED}}));
+  EXPECT_FALSE(goals_.next_to_resolve());
+  goals_.answer_unknown_cancellations(now_ + 9s);
+  EXPECT_EQ(statuses(), Statuses{});
+}
+
+// A status with CANCELLED would displace the one that tells how the goal ended.
+TEST_F(GoalManagerTest, KeepsTheFinalStatusOfACancelledGoal) {
+  send_and_accept(goal("reached"));
+  goals_.progress(in(msg::GoalState::GOAL_REACHED), now_);
+  goals_.receive(goal("rejected"), now_);
+  (void)goals_.answer(no(goals_.next_to_resolve().value()), now_);
+  (void)goals_.follow(status_of_the_other("of another planner", msg::GoalState::GOAL_REACHED), now_);
+  for (std::size_t i = 0; i < 2 * GoalSnapshot::kResults; ++i) send_and_accept(goal("later" + std::to_string(i)));
+  (void)statuses();
+  for (const auto* name : {"reached", "rejected", "of another planner"}) goals_.receive(cancellation(name), now_);
+  goals_.answer_unknown_cancellations(now_ + 9s);
+  EXPECT_EQ(statuses(), Statuses{});
+  EXPECT_TRUE(goals_.has_active());
+}
+
+TEST_F(GoalManagerTest, AnswersAnUnknownCancellationOnlyInCharge) {
+  goals_.receive(cancellation("answered by the other"), now_);
+  goals_.receive(cancellation("followed"), now_);
+  goals_.receive(cancellation("unknown"), now_);
+  for (int i = 0; i < 5; ++i) goals_.restart_waits(now_ += 1s);
+  EXPECT_EQ(statuses(), Statuses{}) << "a standby";
+  (void)goals_.follow(status_of_the_other("answered by the other", msg::GoalState::GOAL_CANCELLED), now_);
+  ASSERT_TRUE(goals_.follow(status_of_the_other("followed", msg::GoalState::GOAL_ACTIVE), now_));
+  (void)goals_.take_change();
+  goals_.answer_unknown_cancellations(now_);
+  EXPECT_EQ(statuses(), (Statuses{{"followed", msg::GoalState::GOAL_CANCELLED}})) << "the arm moved to it";
+  EXPECT_TRUE(takes_cancellation());
+  goals_.answer_unknown_cancellations(now_ + 1s);
+  EXPECT_EQ(statuses(), (Statuses{{"unknown", msg::GoalState::GOAL_CANCELLED}}));
+}
+
+TEST_F(GoalManagerTest, AnswersManyUnknownCancellationsOneByOne) {
+  constexpr int kMany = 3000;
+  for (int i = 0; i < kMany; ++i) goals_.receive(cancellation(std::to_string(i)), now_);
+  now_ += 1s;
+  std::size_t answered = 0;
+  for (int i = 0; i < 4 * kMany; ++i) {
+    goals_.answer_unknown_cancellations(now_ += 10ms);
+    const std::size_t count = statuses().size();
+    EXPECT_LE(count, i % 2 == 0 ? 1U : 0U) << i;
+    answered += count;
+  }
+  EXPECT_EQ(answered, GoalSnapshot::kHandled) << "those that it remembers";
+}
+
 TEST_F(GoalManagerTest, EndsAGoalAtItsTimeLimitWithTheCause) {
   send_and_accept(goal("a", 0.5));
   goals_.progress(in(msg::GoalState::GOAL_BLOCKED, cause("pallet in the way")), now_ + 500ms);
@@ -260,16 +342,6 @@ TEST_F(GoalManagerTest, IgnoresRepetitionsAndGoalsOfOtherArms) {
   other.arm("arm2");
   goals_.receive(other, now_);
   EXPECT_FALSE(goals_.next_to_resolve());
-}
-
-msg::GoalStatus status_of_the_other(const std::string& goal, msg::GoalState state) {
-  msg::GoalStatus status;
-  status.arm("arm1");
-  status.goal(goal);
-  status.state(state);
-  status.elapsed(2.0);
-  status.q_goal({0.5});
-  return status;
 }
 
 /// What a goal of the tool needs for its final check.
@@ -501,6 +573,21 @@ TEST_F(Restarted, PublishesAResultAgain) {
   EXPECT_FALSE(resumed_);
   EXPECT_FALSE(other.has_active());
   EXPECT_EQ(statuses_of(other), (Statuses{{"a", msg::GoalState::GOAL_CANCELLED}}));
+}
+
+TEST_F(Restarted, AnswersAnUnknownCancellationAgain) {
+  const msg::Goal unanswered = cancellation("a");
+  goals_.receive(unanswered, now_);
+  GoalManager other = successor();
+  other.receive(unanswered, now_);
+  other.answer_unknown_cancellations(now_ + 1s);
+  EXPECT_EQ(statuses_of(other), (Statuses{{"a", msg::GoalState::GOAL_CANCELLED}}));
+  GoalManager third("arm1", "planner/arm1");
+  (void)third.resume(other.snapshot(now_), 0s, now_);
+  third.receive(unanswered, now_);
+  (void)third.take_statuses();
+  third.answer_unknown_cancellations(now_ + 9s);
+  EXPECT_EQ(statuses_of(third), Statuses{}) << "it is answered";
 }
 
 TEST_F(Restarted, ResolvesUnansweredGoalsAgain) {

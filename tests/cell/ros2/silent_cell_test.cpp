@@ -1,0 +1,144 @@
+/// The servers of hecaton-ros2 in a cell whose planners and supervisor are silent.
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+#include "planner/model/kinematics.hpp"
+#include "services/client/connection.hpp"
+#include "services/ros2/control.hpp"
+#include "tests/cell/ros2/ros2_cell.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using Trigger = PeerClient<std_srvs::srv::Trigger_RequestPubSubType, std_srvs::srv::Trigger_ResponsePubSubType>;
+
+config::CellFile three_puma_with_ros2() {
+  config::CellFile file = config::load_cell_file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
+  file.ros2.emplace().ns = "/cell";
+  return file;
+}
+
+class SilentCell : public testing::Test {
+ protected:
+  /// Calls `update` in a thread until the end of the test, with a time that is `ahead_` of the clock.
+  void serve(const std::function<void(bus::Clock::time_point)>& update) {
+    loop_ = std::jthread([this, update](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        static_cast<void>(mailbox_.wait(5ms));
+        update(bus::Clock::now() + ahead_.load());
+      }
+    });
+  }
+
+  FreeDomain cell_domain_;
+  FreeDomain ros_domain_;
+  config::CellFile file_ = three_puma_with_ros2();
+  bus::Mailbox mailbox_;
+  bus::Participant participant_{ros_domain_.number(), "/", bus::ros2::participant_options()};
+  std::shared_ptr<client::Connection> connection_ =
+      client::Connection::make(client::join(file_, cell_domain_.number()));
+  RosPeer peer_{ros_domain_.number()};
+  std::atomic<std::chrono::seconds> ahead_{0s};
+  std::jthread loop_;
+};
+
+class SilentPlanner : public SilentCell {
+ protected:
+  SilentPlanner() {
+    const auto& home = arm_.home();
+    state_.value.q({home.begin(), home.end()});
+    state_.received = bus::Clock::now();
+    planner::forward_kinematics(*arm_.model, arm_.X_WB, home, kinematics_);
+    serve([this](bus::Clock::time_point now) {
+      server_.update({.arm = &arm_, .state = &state_, .kinematics = &kinematics_}, now);
+    });
+  }
+  ~SilentPlanner() override {
+    loop_.request_stop();
+    loop_.join();
+  }
+  std::optional<ActionClient::Id> send_trajectory() {
+    const auto& home = arm_.home();
+    return client_.send(client_.ramp({home.begin(), home.end()}, {0.3, 0.1, -0.1, 0.2, 0.0, 0.0}, 60.0));
+  }
+
+  const planner::Arm& arm_ = file_.cell.arms[0].arm;
+  bus::Sample<msg::ArmState> state_;
+  planner::Kinematics kinematics_;
+  ros2::TrajectoryServer server_{participant_, "/cell", arm_, connection_, mailbox_, ""};
+  ActionClient client_{peer_, arm_.name};
+};
+
+const ActionClient::Id kNoGoal{};
+
+TEST_F(SilentPlanner, EndsACancelledTrajectoryThatNoPlannerAnswers) {
+  ASSERT_TRUE(client_.wait_available());
+  const auto id = send_trajectory();
+  ASSERT_TRUE(id);
+  ASSERT_EQ(client_.cancel(*id), 0);
+  const auto asked = client_.ask_result(*id);
+  ahead_ = 11s;
+  const auto result = client_.await_result(asked);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kCanceled);
+  EXPECT_NE(result->result().error_string().find("no planner of the arm has confirmed it for 10 s"), std::string::npos)
+      << result->result().error_string();
+  EXPECT_EQ(client_.cancel(*id), 3) << "it has ended";
+}
+
+TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {
+  ASSERT_TRUE(client_.wait_available());
+  auto answer = client_.ask_cancel(kNoGoal, 0);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->return_code(), 0) << "of no goal, all are cancelled";
+  EXPECT_TRUE(answer->goals_canceling().empty());
+  EXPECT_EQ(client_.cancel({9, 9, 9}), 2);
+
+  const auto id = send_trajectory();
+  ASSERT_TRUE(id);
+  answer = client_.ask_cancel(kNoGoal, 1);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->return_code(), 0) << "no goal is of 1970";
+  EXPECT_TRUE(answer->goals_canceling().empty());
+  answer = client_.ask_cancel(kNoGoal, std::numeric_limits<std::int32_t>::max());
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->return_code(), 0);
+  ASSERT_EQ(answer->goals_canceling().size(), 1U);
+  EXPECT_EQ(answer->goals_canceling()[0].goal_id().uuid(), *id);
+}
+
+TEST_F(SilentCell, StopsWithoutWaitingForOtherOrders) {
+  ros2::OrderServices orders(participant_, file_, Cell(connection_), mailbox_);
+  Trigger hold(peer_, "/cell/north/hold");
+  Trigger hold_east(peer_, "/cell/east/hold");
+  Trigger resume(peer_, "/cell/north/resume");
+  Trigger resume_west(peer_, "/cell/west/resume");
+  Trigger stop(peer_, "/cell/north/stop");
+  serve([&](bus::Clock::time_point) { orders.update(); });
+  for (Trigger* service : {&hold, &hold_east, &resume, &resume_west, &stop}) ASSERT_TRUE(service->wait_available());
+  std::vector<rtps::SampleIdentity> holds;
+  for (int i = 0; i < 4; ++i) holds.push_back(hold.send({}));
+  const auto first = hold.receive(holds[0]);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->success()) << "no supervisor answers";
+  const auto resumed = resume.send({});
+  const auto resumed_west = resume_west.send({});
+  const auto held_east = hold_east.send({});
+  const auto stopped = stop.call({});
+  ASSERT_TRUE(stopped);
+  EXPECT_FALSE(stopped->success());
+  EXPECT_FALSE(hold.receive(holds[3], 0s)) << "the stop has waited for all holds";
+  const auto withdrawn = resume.receive(resumed);
+  ASSERT_TRUE(withdrawn);
+  EXPECT_NE(withdrawn->message().find("not carried out: a later request of /cell/north/stop"), std::string::npos)
+      << withdrawn->message();
+  ASSERT_TRUE(hold_east.receive(held_east));
+  EXPECT_FALSE(resume_west.receive(resumed_west, 0s)) << "the hold was sent later, but comes first";
+  loop_.request_stop();
+  loop_.join();
+}
+
+}  // namespace
+}  // namespace hecaton::test
