@@ -281,8 +281,8 @@ function addReplayKeys(): void {
   if (actions.has(" ")) return;
   const more: [string, string, string, () => void][] = [
     [" ", "Space", "Play or pause", () => timeline.toggle()],
-    [".", ".", "The next state of the selected arm", () => timeline.step(1)],
-    [",", ",", "The state before", () => timeline.step(-1)],
+    [".", ".", "The next tick of the planner of the selected arm; its next state where no tick is recorded", () => timeline.step(1)],
+    [",", ",", "The tick, or the state, before", () => timeline.step(-1)],
     ["]", "]", "Faster", () => timeline.faster(1)],
     ["[", "[", "Slower", () => timeline.faster(-1)],
   ];

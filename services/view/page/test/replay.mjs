@@ -42,7 +42,7 @@ try {
   await page.waitForFunction(() => document.querySelector("#right").dataset.arm === "north");
   const middle = await shown();
 
-  // A step is one state of the arm: 10 ms at the most here; two steps back and forth lead to the same time.
+  // A step is one tick of the arm's planner; two steps back and forth lead to the same time.
   const before = await time();
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press(".");
