@@ -87,6 +87,7 @@ export class Panel {
     this.cell = cell;
     this.arms.clear();
     setText(byId("cell"), cell.name);
+    byId("cell").title = cell.name;
     document.title = `${cell.name} – Hecaton`;
   }
 
@@ -132,6 +133,7 @@ export class Panel {
   private showHeader(status: StatusMessage): void {
     const mode = byId("mode");
     setText(mode, modeText(status));
+    mode.title = modeText(status); // a narrow window cuts it
     mode.dataset.mode = isSupervised(status) ? status.mode ?? "none" : "none";
     setText(byId("cause"), status.cause?.text ?? "");
     const open = status.faults.filter(isOpen).length;

@@ -39,6 +39,28 @@ try {
   await page.keyboard.press("t");
   for (const key of ["s", "p", "l", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
 
+  // The button that stops the cell is within each window, whatever the cell and its mode are called.
+  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, { width: 1200, height: 700 }]) {
+    await page.setViewportSize(viewport);
+    const stop = await page.evaluate(() => {
+      const texts = [["#cell", "line 4 of the western hall, three PUMA 560"], ["#mode", "NO SUPERVISOR FOR 12.3 s, LAST RUN 30 %"]]
+        .map(([id, text]) => [document.querySelector(id), text]);
+      for (const entry of texts) {
+        entry.push(entry[0].textContent);
+        entry[0].textContent = entry[1];
+      }
+      const button = document.querySelector("#stop");
+      const { left, right, top, bottom } = button.getBoundingClientRect();
+      const hits = [left + 2, (left + right) / 2, right - 2].map((x) => {
+        const found = document.elementFromPoint(x, (top + bottom) / 2);
+        return found !== null && button.contains(found);
+      });
+      for (const [element, , former] of texts) element.textContent = former;
+      return { left, right, width: window.innerWidth, hits };
+    });
+    assert.ok(stop.left >= 0 && stop.right <= stop.width && stop.hits.every(Boolean), JSON.stringify({ viewport, stop }));
+  }
+
   // The way of the tool begins at the tool, and ends elsewhere. W hides it.
   const way = await page.waitForFunction(() => {
     const { scene } = window.hecaton;
