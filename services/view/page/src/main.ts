@@ -154,6 +154,13 @@ function refresh(): void {
   if (status) ordersPanel.setStatus(status);
 }
 
+const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"]);
+/** The element that has the focus needs the key itself. */
+function usesKey(element: EventTarget | null, key: string): boolean {
+  if (element instanceof HTMLInputElement && element.type === "range") return SLIDER_KEYS.has(key);
+  return element instanceof HTMLInputElement || element instanceof HTMLSelectElement;
+}
+
 /** In the capture phase and with any modifier: no other handler comes first. */
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || event.repeat) return;
@@ -173,8 +180,7 @@ document.addEventListener("keydown", (event) => {
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.key === "Escape") return;
-  const inText = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
-  if (inText) return;
+  if (usesKey(event.target, event.key)) return;
   if (event.key === "/") search.focus();
   else if (event.key === "ArrowDown") step(1);
   else if (event.key === "ArrowUp") step(-1);
