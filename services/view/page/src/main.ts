@@ -222,6 +222,7 @@ let obstacle: string | null = null;
 function showObstacle(): void {
   if (obstacle !== null && !obstacles?.obstacles.some((one) => one.name === obstacle)) obstacle = null;
   scene.chooseObstacle(orders.controls ? obstacle : null);
+  panel.chooseObstacle(orders.controls ? obstacle : null);
   ordersPanel.chooseObstacle(obstacle);
 }
 function chooseObstacle(name: string): void {

@@ -36,6 +36,9 @@ class Rows<T extends Record<string, HTMLElement>> {
     }
     return entry;
   }
+  find(name: string): HTMLElement | null {
+    return this.rows.get(name)?.row ?? null;
+  }
   /** Removes the rows of other names. */
   keep(names: ReadonlySet<string>): void {
     for (const [name, { row }] of this.rows) {
@@ -61,6 +64,7 @@ export class Panel {
   private readonly nodes: Rows<{ mark: HTMLElement; name: HTMLElement; value: HTMLElement }>;
   private readonly obstacles: Rows<{ name: HTMLElement; value: HTMLElement }>;
   private faultKey = "";
+  private obstacle: string | null = null; // the chosen one
 
   constructor() {
     this.arms = new Rows(byId("arms"), (row, name) => {
@@ -78,7 +82,10 @@ export class Panel {
       mark: element("span", row), name: element("span", row, "name"), value: element("span", row, "number dim"),
     }));
     this.obstacles = new Rows(byId("obstacles"), (row, name) => {
+      row.setAttribute("role", "option");
+      row.tabIndex = -1;
       row.onclick = () => this.onObstacle(name);
+      row.onkeydown = (event) => this.pressInObstacles(event, row, name);
       return { name: element("span", row, "name"), value: element("span", row, "dim") };
     });
   }
@@ -115,11 +122,41 @@ export class Panel {
     for (const obstacle of message.obstacles) {
       if (!matches(this.query, obstacle.name, obstacle.motion, obstacle.attached_to)) continue;
       shown.add(obstacle.name);
-      const { parts } = this.obstacles.get(obstacle.name);
+      const { row, parts } = this.obstacles.get(obstacle.name);
+      row.setAttribute("aria-selected", String(obstacle.name === this.obstacle));
       setText(parts.name, obstacle.name);
       setText(parts.value, obstacle.attached_to ? `carried by ${obstacle.attached_to}` : obstacle.motion);
     }
     this.obstacles.keep(shown);
+    const list = byId("obstacles");
+    if (!list.querySelector('[tabindex="0"]')) list.querySelector("li")?.setAttribute("tabindex", "0");
+  }
+  /** The one that a page moves or removes; null: none. */
+  chooseObstacle(name: string | null): void {
+    if (name === this.obstacle) return;
+    for (const [chosen, is] of [[this.obstacle, "false"], [name, "true"]] as const) {
+      if (chosen !== null) this.obstacles.find(chosen)?.setAttribute("aria-selected", is);
+    }
+    this.obstacle = name;
+  }
+  /** The list is one stop of the Tab key, however many rows it has; the arrow keys go from row to row. */
+  private pressInObstacles(event: KeyboardEvent, row: HTMLElement, name: string): void {
+    const { key } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (key === "Enter" || key === " ") {
+      if (!event.repeat) this.onObstacle(name);
+    } else if (key === "ArrowDown" || key === "ArrowUp") {
+      const next = key === "ArrowDown" ? row.nextElementSibling : row.previousElementSibling;
+      if (next instanceof HTMLElement) {
+        row.tabIndex = -1;
+        next.tabIndex = 0;
+        next.focus();
+      }
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation(); // these keys of the page are for arms, goals and recordings
   }
 
   setStatus(status: StatusMessage, age: Ages): void {
