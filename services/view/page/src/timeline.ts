@@ -174,6 +174,7 @@ export class Timeline {
       if (at === undefined) return;
       this.seek(Math.min(this.recording.length, Math.max(0, at)));
       event.preventDefault();
+      event.stopPropagation(); // the arrow keys of the page move the section
     });
   }
 }
