@@ -136,7 +136,7 @@ scene.onSelect = select;
 panel.onSelect = select;
 
 function step(by: number): void {
-  const visible = panel.visibleArms(status);
+  const visible = panel.visibleArms(status, ageOf);
   if (!visible.length) return;
   const at = selected === null ? -1 : visible.indexOf(selected);
   select(visible[(Math.max(at, by > 0 ? -1 : 0) + by + visible.length) % visible.length]);
@@ -148,7 +148,7 @@ search.oninput = () => {
 };
 
 function refresh(): void {
-  scene.setFilter(new Set(panel.visibleArms(status)));
+  scene.setFilter(new Set(panel.visibleArms(status, ageOf)));
   if (status) panel.setStatus(status, ageOf);
   if (obstacles) panel.setObstacles(obstacles);
   if (status) ordersPanel.setStatus(status);
@@ -371,7 +371,9 @@ function showJoints(frame: FrameMessage): void {
 setInterval(() => {
   const { framesPerSecond, scriptMean } = scene.statistics;
   byId("rate").textContent = `${framesPerSecond.toFixed(0)} fps  ${scriptMean.toFixed(1)} ms`;
-  if (status) panel.setStatus(status, ageOf); // ages grow also while nothing arrives
+  if (!status) return;
+  panel.setStatus(status, ageOf); // ages grow also while nothing arrives
+  scene.setFilter(new Set(panel.visibleArms(status, ageOf)));
 }, 1000);
 
 showTheme();

@@ -108,11 +108,11 @@ export class Panel {
   }
 
   /** Arms that the search shows, in the order of the cell. */
-  visibleArms(status: StatusMessage | null): string[] {
+  visibleArms(status: StatusMessage | null, age: Ages): string[] {
     if (!this.cell) return [];
     return this.cell.arms.map((arm) => arm.name).filter((name) => {
       const arm = status?.arms.find((candidate) => candidate.name === name);
-      return matches(this.query, name, arm ? reasonOf(arm) : "", arm ? `is:${stateOf(arm, 0)}` : "");
+      return matches(this.query, name, arm ? reasonOf(arm) : "", arm ? `is:${stateOf(arm, age(name))}` : "");
     });
   }
 
@@ -186,7 +186,7 @@ export class Panel {
   }
 
   private showArms(status: StatusMessage, age: Ages): void {
-    const visible = new Set(this.visibleArms(status));
+    const visible = new Set(this.visibleArms(status, age));
     this.arms.keep(visible);
     setText(byId("armcount"), visible.size === status.arms.length ? String(visible.size)
                                                                   : `${visible.size} of ${status.arms.length}`);

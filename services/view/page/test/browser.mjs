@@ -135,8 +135,11 @@ try {
     assert.ok(arm === "north" ? left < 0.75 : left > 0.9, `${arm} has ${left} of its colour`);
   });
   if (picture) await page.screenshot({ path: picture.replace(".png", "-stale.png") });
+  await page.locator("#search").fill("is:stale");
+  await page.waitForFunction(() => String([...document.querySelectorAll("#arms li")].map((row) => row.id)) === "arm-north");
   console.log("continue");
   await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") === 1);
+  await page.waitForFunction(() => document.querySelectorAll("#arms li").length === 0);
   assert.deepEqual(errors, []);
 } finally {
   await browser.close();
