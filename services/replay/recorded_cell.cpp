@@ -84,37 +84,50 @@ const RecordedCell::Loaded& RecordedCell::load(std::size_t chunk) {
   return loaded;
 }
 
-bool RecordedCell::is_state_of(const McapMessage& message, const std::string& arm) const {
-  if (message.channel->topic != bus::Topic<msg::ArmState>::kInfo.name) return false;
-  const auto key = key_in(message);
-  return arm.empty() || (key && *key == arm);
+std::optional<bus::Clock::time_point> RecordedCell::next_state(const std::string& arm) {
+  return next({bus::Topic<msg::ArmState>::kInfo.name, arm, kLongestStep});
+}
+std::optional<bus::Clock::time_point> RecordedCell::previous_state(const std::string& arm) {
+  return previous({bus::Topic<msg::ArmState>::kInfo.name, arm, kLongestStep});
+}
+std::optional<bus::Clock::time_point> RecordedCell::next_tick(const std::string& arm) {
+  return next({bus::Topic<msg::PlannerTick>::kInfo.name, arm, kLongestTick});
+}
+std::optional<bus::Clock::time_point> RecordedCell::previous_tick(const std::string& arm) {
+  return previous({bus::Topic<msg::PlannerTick>::kInfo.name, arm, kLongestTick});
 }
 
-std::optional<bus::Clock::time_point> RecordedCell::next_state(const std::string& arm) {
+bool RecordedCell::matches(const McapMessage& message, const Wanted& wanted) {
+  if (message.channel->topic != wanted.topic) return false;
+  const auto key = key_in(message);
+  return wanted.arm.empty() || (key && *key == wanted.arm);
+}
+
+std::optional<bus::Clock::time_point> RecordedCell::next(const Wanted& wanted) {
   auto at = newest_;
   std::size_t message = message_;
   for (std::size_t chunk = chunk_; chunk < index_.chunks.size(); ++chunk, message = 0) {
     const std::vector<McapMessage>& messages = load(chunk).messages;
     for (; message < messages.size(); ++message) {
       if (is_of_cell(*messages[message].channel)) at = std::max(at, time_of(messages[message]));
-      if (at - now_ > kLongestStep) return std::nullopt;
-      if (at > now_ && is_state_of(messages[message], arm)) return at;
+      if (at - now_ > wanted.longest) return std::nullopt;
+      if (at > now_ && matches(messages[message], wanted)) return at;
     }
   }
   return std::nullopt;
 }
 
-std::optional<bus::Clock::time_point> RecordedCell::previous_state(const std::string& arm) {
+std::optional<bus::Clock::time_point> RecordedCell::previous(const Wanted& wanted) {
   for (std::size_t chunk = std::min(chunk_ + 1, index_.chunks.size()); chunk-- > 0;) {
     auto at = index_.chunks[chunk].before;
     std::optional<bus::Clock::time_point> found;
     for (const McapMessage& message : load(chunk).messages) {
       if (is_of_cell(*message.channel)) at = std::max(at, time_of(message));
       if (at >= now_) break;
-      if (at >= index_.begin && is_state_of(message, arm)) found = at;
+      if (at >= index_.begin && matches(message, wanted)) found = at;
     }
-    if (found) return found;
-    if (now_ - index_.chunks[chunk].before > kLongestStep) return std::nullopt;
+    if (found) return now_ - *found > wanted.longest ? std::nullopt : found;
+    if (now_ - index_.chunks[chunk].before > wanted.longest) return std::nullopt;
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "services/replay/message_feeder.hpp"
@@ -16,8 +17,10 @@ namespace hecaton::services::replay {
 /// For one thread.
 class RecordedCell {
  public:
-  /// A search for the next state of an arm ends after this time of the recording.
+  /// A search for the next state of an arm ends after this time of the recording, one for the next tick after the
+  /// other.
   static constexpr std::chrono::seconds kLongestStep{60};
+  static constexpr std::chrono::seconds kLongestTick{1};
 
   /// At the begin of the recording. `index` must outlive it. Throws RecordingError with a sentence when a file has
   /// changed since it was indexed; so do the other functions.
@@ -35,9 +38,18 @@ class RecordedCell {
   /// Empty: there is none within kLongestStep.
   [[nodiscard]] std::optional<bus::Clock::time_point> next_state(const std::string& arm);
   [[nodiscard]] std::optional<bus::Clock::time_point> previous_state(const std::string& arm);
+  /// The same for ticks of the arm's planner. Empty: there is none within kLongestTick.
+  [[nodiscard]] std::optional<bus::Clock::time_point> next_tick(const std::string& arm);
+  [[nodiscard]] std::optional<bus::Clock::time_point> previous_tick(const std::string& arm);
 
  private:
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  /// What a step goes to: messages of a topic whose key is the arm; empty: any arm.
+  struct Wanted {
+    std::string_view topic;
+    const std::string& arm;
+    bus::Clock::duration longest;  ///< from now()
+  };
   /// A chunk with its messages in memory.
   struct Loaded {
     std::size_t chunk = kNone;
@@ -51,7 +63,9 @@ class RecordedCell {
   /// Takes the messages of the chunk until `time`. False: some of them are later.
   bool take_until(bus::Clock::time_point time);
   [[nodiscard]] const Loaded& load(std::size_t chunk);
-  [[nodiscard]] bool is_state_of(const recorder::McapMessage& message, const std::string& arm) const;
+  [[nodiscard]] std::optional<bus::Clock::time_point> next(const Wanted& wanted);
+  [[nodiscard]] std::optional<bus::Clock::time_point> previous(const Wanted& wanted);
+  [[nodiscard]] static bool matches(const recorder::McapMessage& message, const Wanted& wanted);
 
   const RecordingIndex& index_;
   CellState state_;

@@ -73,7 +73,9 @@ void Replay::seek(bus::Clock::time_point time) {
 
 void Replay::step(int by, const std::string& arm) {
   plays_ = false;
-  if (const auto time = by < 0 ? cell_.previous_state(arm) : cell_.next_state(arm)) seek(*time);
+  auto time = by < 0 ? cell_.previous_tick(arm) : cell_.next_tick(arm);
+  if (!time) time = by < 0 ? cell_.previous_state(arm) : cell_.next_state(arm);
+  if (time) seek(*time);
 }
 
 void Replay::advance(bus::Clock::duration elapsed) {

@@ -38,6 +38,8 @@ class Replay : public CellFeed {
   [[nodiscard]] view::Json recording_json() const;
 
  private:
+  /// To the next (1) or previous (-1) tick of the arm's planner; where none is recorded, to the arm's state. An empty
+  /// name: of any arm.
   void step(int by, const std::string& arm);
 
   RecordedCell& cell_;

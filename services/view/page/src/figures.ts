@@ -87,6 +87,17 @@ export function armColour(index: number): THREE.Color {
   return new THREE.Color().setHSL(((index * 0.381966) + 0.58) % 1, 0.32, 0.58);
 }
 
+/** It has points, lines or faces. What could not be loaded has none. */
+function isDrawable(object: THREE.Object3D): boolean {
+  let drawable = false;
+  object.traverse((part) => {
+    if (part instanceof THREE.Mesh || part instanceof THREE.Points || part instanceof THREE.Line) {
+      drawable ||= (part.geometry as THREE.BufferGeometry).getAttribute("position")?.count > 0;
+    }
+  });
+  return drawable;
+}
+
 /** The links of an arm as a tree of three's objects, in any configuration. */
 class LinkTree {
   readonly root = new THREE.Group();
@@ -139,7 +150,7 @@ export class ArmFigure {
   readonly colour: THREE.Color;
   readonly q: number[] = []; // as it is drawn
   private readonly material: THREE.MeshLambertMaterial;
-  private readonly bodies: THREE.Mesh[] = []; // its collision shapes
+  private readonly bodies = new Map<string, THREE.Mesh>(); // its collision shapes, by the names of their links
   private readonly visuals: THREE.Object3D[] = [];
   private readonly visualMaterials: { material: THREE.Material; opacity: number }[] = [];
   private readonly ghost: LinkTree;
@@ -165,7 +176,7 @@ export class ArmFigure {
       const geometry = merged(shapes.map(shapeGeometry));
       if (!geometry) continue;
       this.geometries.set(link, geometry);
-      this.bodies.push(this.attach(this.tree, link, geometry, this.material));
+      this.bodies.set(arm.links[link].name, this.attach(this.tree, link, geometry, this.material));
       this.attach(this.ghost, link, geometry, ghostMaterial);
     }
     this.ghost.root.visible = false;
@@ -273,14 +284,18 @@ export class ArmFigure {
     return meshes;
   }
 
-  /** Replaces the collision shapes of the links that have visual elements in the URDF. */
+  /**
+   * Draws the visual elements of links from the URDF. They replace the collision shapes of their link, when all of them have
+   * something to draw: a link whose mesh could not be loaded keeps its collision shapes, so that no link is invisible.
+   */
   addVisuals(byLink: Map<string, THREE.Object3D[]>): void {
-    const withVisuals = new Set<THREE.Object3D>();
     for (const group of this.tree.links) {
-      for (const visual of byLink.get(group.name) ?? []) {
+      const visuals = byLink.get(group.name) ?? [];
+      const body = this.bodies.get(group.name);
+      if (body) body.visible = visuals.length === 0 || !visuals.every(isDrawable);
+      for (const visual of visuals) {
         group.add(visual);
         this.visuals.push(visual);
-        withVisuals.add(group);
         visual.traverse((part) => {
           if (!(part instanceof THREE.Mesh)) return;
           const materials: THREE.Material[] = Array.isArray(part.material) ? part.material : [part.material];
@@ -292,8 +307,10 @@ export class ArmFigure {
         });
       }
     }
-    // A robot with visual elements shows its own skin alone; shapes of bare links would look like a part of it.
-    if (withVisuals.size) for (const mesh of this.bodies) mesh.visible = false;
+  }
+  /** The links that are drawn by their collision shapes. For tests. */
+  get linksByShapes(): string[] {
+    return [...this.bodies].filter(([, mesh]) => mesh.visible).map(([link]) => link);
   }
 
   /** Capsules of the links of this name, as they are in W now. */
@@ -314,7 +331,7 @@ export class ArmFigure {
   }
   /** For hits of the pointer. */
   get parts(): THREE.Object3D[] {
-    return [...this.bodies.filter((mesh) => mesh.visible), ...this.visuals];
+    return [...[...this.bodies.values()].filter((mesh) => mesh.visible), ...this.visuals];
   }
   remove(): void {
     this.scene.remove(this.tree.root, this.ghost.root);

@@ -136,7 +136,7 @@ scene.onSelect = select;
 panel.onSelect = select;
 
 function step(by: number): void {
-  const visible = panel.visibleArms(status);
+  const visible = panel.visibleArms(status, ageOf);
   if (!visible.length) return;
   const at = selected === null ? -1 : visible.indexOf(selected);
   select(visible[(Math.max(at, by > 0 ? -1 : 0) + by + visible.length) % visible.length]);
@@ -148,10 +148,17 @@ search.oninput = () => {
 };
 
 function refresh(): void {
-  scene.setFilter(new Set(panel.visibleArms(status)));
+  scene.setFilter(new Set(panel.visibleArms(status, ageOf)));
   if (status) panel.setStatus(status, ageOf);
   if (obstacles) panel.setObstacles(obstacles);
   if (status) ordersPanel.setStatus(status);
+}
+
+const SLIDER_KEYS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"]);
+/** The element that has the focus needs the key itself. */
+function usesKey(element: EventTarget | null, key: string): boolean {
+  if (element instanceof HTMLInputElement && element.type === "range") return SLIDER_KEYS.has(key);
+  return element instanceof HTMLInputElement || element instanceof HTMLSelectElement;
 }
 
 /** In the capture phase and with any modifier: no other handler comes first. */
@@ -173,8 +180,7 @@ document.addEventListener("keydown", (event) => {
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.key === "Escape") return;
-  const inText = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
-  if (inText) return;
+  if (usesKey(event.target, event.key)) return;
   if (event.key === "/") search.focus();
   else if (event.key === "ArrowDown") step(1);
   else if (event.key === "ArrowUp") step(-1);
@@ -216,6 +222,7 @@ let obstacle: string | null = null;
 function showObstacle(): void {
   if (obstacle !== null && !obstacles?.obstacles.some((one) => one.name === obstacle)) obstacle = null;
   scene.chooseObstacle(orders.controls ? obstacle : null);
+  panel.chooseObstacle(orders.controls ? obstacle : null);
   ordersPanel.chooseObstacle(obstacle);
 }
 function chooseObstacle(name: string): void {
@@ -281,8 +288,8 @@ function addReplayKeys(): void {
   if (actions.has(" ")) return;
   const more: [string, string, string, () => void][] = [
     [" ", "Space", "Play or pause", () => timeline.toggle()],
-    [".", ".", "The next state of the selected arm", () => timeline.step(1)],
-    [",", ",", "The state before", () => timeline.step(-1)],
+    [".", ".", "The next tick of the planner of the selected arm; its next state where no tick is recorded", () => timeline.step(1)],
+    [",", ",", "The tick, or the state, before", () => timeline.step(-1)],
     ["]", "]", "Faster", () => timeline.faster(1)],
     ["[", "[", "Slower", () => timeline.faster(-1)],
   ];
@@ -364,7 +371,9 @@ function showJoints(frame: FrameMessage): void {
 setInterval(() => {
   const { framesPerSecond, scriptMean } = scene.statistics;
   byId("rate").textContent = `${framesPerSecond.toFixed(0)} fps  ${scriptMean.toFixed(1)} ms`;
-  if (status) panel.setStatus(status, ageOf); // ages grow also while nothing arrives
+  if (!status) return;
+  panel.setStatus(status, ageOf); // ages grow also while nothing arrives
+  scene.setFilter(new Set(panel.visibleArms(status, ageOf)));
 }, 1000);
 
 showTheme();

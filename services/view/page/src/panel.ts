@@ -36,6 +36,9 @@ class Rows<T extends Record<string, HTMLElement>> {
     }
     return entry;
   }
+  find(name: string): HTMLElement | null {
+    return this.rows.get(name)?.row ?? null;
+  }
   /** Removes the rows of other names. */
   keep(names: ReadonlySet<string>): void {
     for (const [name, { row }] of this.rows) {
@@ -61,6 +64,7 @@ export class Panel {
   private readonly nodes: Rows<{ mark: HTMLElement; name: HTMLElement; value: HTMLElement }>;
   private readonly obstacles: Rows<{ name: HTMLElement; value: HTMLElement }>;
   private faultKey = "";
+  private obstacle: string | null = null; // the chosen one
 
   constructor() {
     this.arms = new Rows(byId("arms"), (row, name) => {
@@ -78,7 +82,10 @@ export class Panel {
       mark: element("span", row), name: element("span", row, "name"), value: element("span", row, "number dim"),
     }));
     this.obstacles = new Rows(byId("obstacles"), (row, name) => {
+      row.setAttribute("role", "option");
+      row.tabIndex = -1;
       row.onclick = () => this.onObstacle(name);
+      row.onkeydown = (event) => this.pressInObstacles(event, row, name);
       return { name: element("span", row, "name"), value: element("span", row, "dim") };
     });
   }
@@ -87,6 +94,7 @@ export class Panel {
     this.cell = cell;
     this.arms.clear();
     setText(byId("cell"), cell.name);
+    byId("cell").title = cell.name;
     document.title = `${cell.name} – Hecaton`;
   }
 
@@ -100,11 +108,11 @@ export class Panel {
   }
 
   /** Arms that the search shows, in the order of the cell. */
-  visibleArms(status: StatusMessage | null): string[] {
+  visibleArms(status: StatusMessage | null, age: Ages): string[] {
     if (!this.cell) return [];
     return this.cell.arms.map((arm) => arm.name).filter((name) => {
       const arm = status?.arms.find((candidate) => candidate.name === name);
-      return matches(this.query, name, arm ? reasonOf(arm) : "", arm ? `is:${stateOf(arm, 0)}` : "");
+      return matches(this.query, name, arm ? reasonOf(arm) : "", arm ? `is:${stateOf(arm, age(name))}` : "");
     });
   }
 
@@ -114,11 +122,41 @@ export class Panel {
     for (const obstacle of message.obstacles) {
       if (!matches(this.query, obstacle.name, obstacle.motion, obstacle.attached_to)) continue;
       shown.add(obstacle.name);
-      const { parts } = this.obstacles.get(obstacle.name);
+      const { row, parts } = this.obstacles.get(obstacle.name);
+      row.setAttribute("aria-selected", String(obstacle.name === this.obstacle));
       setText(parts.name, obstacle.name);
       setText(parts.value, obstacle.attached_to ? `carried by ${obstacle.attached_to}` : obstacle.motion);
     }
     this.obstacles.keep(shown);
+    const list = byId("obstacles");
+    if (!list.querySelector('[tabindex="0"]')) list.querySelector("li")?.setAttribute("tabindex", "0");
+  }
+  /** The one that a page moves or removes; null: none. */
+  chooseObstacle(name: string | null): void {
+    if (name === this.obstacle) return;
+    for (const [chosen, is] of [[this.obstacle, "false"], [name, "true"]] as const) {
+      if (chosen !== null) this.obstacles.find(chosen)?.setAttribute("aria-selected", is);
+    }
+    this.obstacle = name;
+  }
+  /** The list is one stop of the Tab key, however many rows it has; the arrow keys go from row to row. */
+  private pressInObstacles(event: KeyboardEvent, row: HTMLElement, name: string): void {
+    const { key } = event;
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (key === "Enter" || key === " ") {
+      if (!event.repeat) this.onObstacle(name);
+    } else if (key === "ArrowDown" || key === "ArrowUp") {
+      const next = key === "ArrowDown" ? row.nextElementSibling : row.previousElementSibling;
+      if (next instanceof HTMLElement) {
+        row.tabIndex = -1;
+        next.tabIndex = 0;
+        next.focus();
+      }
+    } else {
+      return;
+    }
+    event.preventDefault();
+    event.stopPropagation(); // these keys of the page are for arms, goals and recordings
   }
 
   setStatus(status: StatusMessage, age: Ages): void {
@@ -132,6 +170,7 @@ export class Panel {
   private showHeader(status: StatusMessage): void {
     const mode = byId("mode");
     setText(mode, modeText(status));
+    mode.title = modeText(status); // a narrow window cuts it
     mode.dataset.mode = isSupervised(status) ? status.mode ?? "none" : "none";
     setText(byId("cause"), status.cause?.text ?? "");
     const open = status.faults.filter(isOpen).length;
@@ -147,7 +186,7 @@ export class Panel {
   }
 
   private showArms(status: StatusMessage, age: Ages): void {
-    const visible = new Set(this.visibleArms(status));
+    const visible = new Set(this.visibleArms(status, age));
     this.arms.keep(visible);
     setText(byId("armcount"), visible.size === status.arms.length ? String(visible.size)
                                                                   : `${visible.size} of ${status.arms.length}`);

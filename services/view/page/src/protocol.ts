@@ -280,7 +280,8 @@ export type Message =
   CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | MotionsMessage | RecordingMessage | PlaybackMessage | ControlMessage |
   ReplyMessage | PreviewMessage;
 
-/** What a page of a recording sends. A step goes to the next or previous state of the arm; empty: of any arm. */
+/** What a page of a recording sends. A step goes to the next or previous tick of the arm's planner; where
+    no tick is recorded, to a state of the arm. An empty name: of any arm. */
 export type Command =
   | { op: "play" | "pause" }
   | { op: "speed"; value: number } // 0.1 to 10

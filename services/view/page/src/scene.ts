@@ -386,6 +386,10 @@ export class CellScene {
   opacityOf(arm: string): number {
     return this.arms.get(arm)?.figure.shownOpacity ?? 0;
   }
+  /** The links of an arm that are drawn by their collision shapes. For tests. */
+  linksByShapes(arm: string): string[] {
+    return this.arms.get(arm)?.figure.linksByShapes ?? [];
+  }
   /** Where the tool of an arm is on the screen [px]. For tests. */
   toolOnScreen(arm: string): [number, number] | null {
     const entry = this.arms.get(arm);

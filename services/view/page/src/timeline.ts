@@ -16,7 +16,7 @@ function element<K extends keyof HTMLElementTagNameMap>(tag: K, parent: HTMLElem
 
 export class Timeline {
   onCommand: (command: Command) => void = () => {};
-  /** The arm whose states steps go through; null: any arm. */
+  /** The arm whose ticks steps go through; null: any arm. */
   arm: () => string | null = () => null;
   private recording: RecordingMessage | null = null;
   private playback: PlaybackMessage = { type: "playback", at: 0, plays: false, speed: 1 };
@@ -43,9 +43,9 @@ export class Timeline {
       made.onclick = press;
       return made;
     };
-    button("◂❙", "One state back (,)", () => this.step(-1));
+    button("◂❙", "One tick back (,)", () => this.step(-1));
     this.play = button("▶", "Play or pause (Space)", () => this.toggle());
-    button("❙▸", "One state on (.)", () => this.step(1));
+    button("❙▸", "One tick on (.)", () => this.step(1));
     this.speed = element("select", controls);
     this.speed.title = "Speed ([ and ])";
     this.speed.setAttribute("aria-label", "Speed");
@@ -174,6 +174,7 @@ export class Timeline {
       if (at === undefined) return;
       this.seek(Math.min(this.recording.length, Math.max(0, at)));
       event.preventDefault();
+      event.stopPropagation(); // the arrow keys of the page move the section
     });
   }
 }

@@ -8,7 +8,7 @@ import URDFLoader from "urdf-loader";
 type Load = URDFLoader["loadMeshCb"];
 type Done = Parameters<Load>[3];
 
-/** Objects by the name of their link, in the frame of the link. Waits until the meshes are there. */
+/** Objects by the name of their link, in the frame of the link. Waits until the meshes are there; an object whose mesh cannot be loaded is empty. */
 export async function loadVisuals(url: string): Promise<Map<string, THREE.Object3D[]>> {
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}`);
@@ -53,7 +53,9 @@ function loadMesh(standard: Load, path: string, manager: THREE.LoadingManager, m
 /** An OBJ may name a file of materials beside it. */
 async function loadObj(path: string, manager: THREE.LoadingManager): Promise<THREE.Object3D> {
   const loader = new OBJLoader(manager);
-  const text = await (await fetch(path)).text();
+  const found = await fetch(path);
+  if (!found.ok) throw new Error(`${path}: ${found.status} ${found.statusText}`);
+  const text = await found.text();
   const library = /^mtllib\s+(.+?)\s*$/m.exec(text)?.[1];
   if (library) {
     const folder = path.slice(0, path.lastIndexOf("/") + 1);

@@ -39,6 +39,28 @@ try {
   await page.keyboard.press("t");
   for (const key of ["s", "p", "l", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
 
+  // The button that stops the cell is within each window, whatever the cell and its mode are called.
+  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, { width: 1200, height: 700 }]) {
+    await page.setViewportSize(viewport);
+    const stop = await page.evaluate(() => {
+      const texts = [["#cell", "line 4 of the western hall, three PUMA 560"], ["#mode", "NO SUPERVISOR FOR 12.3 s, LAST RUN 30 %"]]
+        .map(([id, text]) => [document.querySelector(id), text]);
+      for (const entry of texts) {
+        entry.push(entry[0].textContent);
+        entry[0].textContent = entry[1];
+      }
+      const button = document.querySelector("#stop");
+      const { left, right, top, bottom } = button.getBoundingClientRect();
+      const hits = [left + 2, (left + right) / 2, right - 2].map((x) => {
+        const found = document.elementFromPoint(x, (top + bottom) / 2);
+        return found !== null && button.contains(found);
+      });
+      for (const [element, , former] of texts) element.textContent = former;
+      return { left, right, width: window.innerWidth, hits };
+    });
+    assert.ok(stop.left >= 0 && stop.right <= stop.width && stop.hits.every(Boolean), JSON.stringify({ viewport, stop }));
+  }
+
   // The way of the tool begins at the tool, and ends elsewhere. W hides it.
   const way = await page.waitForFunction(() => {
     const { scene } = window.hecaton;
@@ -80,7 +102,11 @@ try {
   ends.sort((a, b) => a - b);
   assert.equal(ends[0], 0, "a section before the first body leaves pixels");
   assert.ok(ends[1] > 0.8 * whole, "a section behind the last body hides something"); // north moves
-  await slider.evaluate((element) => element.blur());
+  // The slider keeps its own keys, and leaves the others to the page.
+  await slider.focus();
+  await page.keyboard.press("Home");
+  assert.equal(Number(await slider.inputValue()), Number(low));
+  assert.equal(await page.evaluate(() => document.querySelector("#right").dataset.arm), "north");
   for (const key of ["x", "x", "x"]) await page.keyboard.press(key); // y, z, none
   assert.ok(await slider.isHidden());
   assert.ok(await coloured() > 0.8 * whole);
@@ -109,8 +135,11 @@ try {
     assert.ok(arm === "north" ? left < 0.75 : left > 0.9, `${arm} has ${left} of its colour`);
   });
   if (picture) await page.screenshot({ path: picture.replace(".png", "-stale.png") });
+  await page.locator("#search").fill("is:stale");
+  await page.waitForFunction(() => String([...document.querySelectorAll("#arms li")].map((row) => row.id)) === "arm-north");
   console.log("continue");
   await page.waitForFunction(() => window.hecaton.scene.opacityOf("north") === 1);
+  await page.waitForFunction(() => document.querySelectorAll("#arms li").length === 0);
   assert.deepEqual(errors, []);
 } finally {
   await browser.close();

@@ -81,6 +81,12 @@ try {
   await driver.evaluate(() => window.hecaton.orders.give({ op: "obstacle_add", name: "crate",
     shape: { kind: "box", size: [0.2, 0.2, 0.2] }, pose: [0.6, 1.6, 1.0, 0, 0, 0, 1] }, "add crate"));
   await answer(driver, "done", "crate is added");
+  await driver.locator('#obstacles li:has-text("crate")').focus();
+  await driver.keyboard.press("Enter");
+  await driver.waitForFunction(() => window.hecaton.scene.ghost.chosen === "crate");
+  assert.equal(await driver.getByRole("option", { name: /crate/, selected: true }).count(), 1);
+  await driver.keyboard.press(" ");
+  await driver.waitForFunction(() => window.hecaton.scene.ghost.chosen === null);
   await press(driver, '#obstacles li:has-text("crate")');
   await driver.waitForFunction(() => window.hecaton.scene.ghost.chosen === "crate");
   const at = (name) => driver.evaluate((wanted) => window.hecaton.scene.obstacleAt(wanted), name);

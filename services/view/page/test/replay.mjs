@@ -42,7 +42,7 @@ try {
   await page.waitForFunction(() => document.querySelector("#right").dataset.arm === "north");
   const middle = await shown();
 
-  // A step is one state of the arm: 10 ms at the most here; two steps back and forth lead to the same time.
+  // A step is one tick of the arm's planner; two steps back and forth lead to the same time.
   const before = await time();
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press(".");
@@ -52,6 +52,20 @@ try {
   await until(stepped + 1e-6, stepped + 1);
   await page.keyboard.press(",");
   await until(stepped - 2e-6, stepped + 2e-6);
+
+  // The arrow keys on the time line do not move the section, too.
+  await page.keyboard.press("x");
+  const section = page.getByRole("slider", { name: "Place of the section" });
+  const cutAt = await section.inputValue();
+  const here = await time();
+  await track.focus();
+  await page.keyboard.press("ArrowLeft");
+  await until(0, here - 0.9);
+  assert.equal(await section.inputValue(), cutAt);
+  await page.keyboard.press("ArrowRight");
+  await until(here - 1e-3, here + 1e-3);
+  await page.evaluate(() => document.activeElement?.blur());
+  for (const key of ["x", "x", "x"]) await page.keyboard.press(key); // y, z, none
 
   // It plays, faster, and stands when it is paused.
   await page.keyboard.press("]");

@@ -314,6 +314,38 @@ TEST_F(Story, StepsFromStateToStateOfAnArm) {
   EXPECT_FALSE(cell.next_state("north"));
 }
 
+/// States each 2 ms, and ticks of the planner of `north` each 10 ms between 100 ms and 300 ms.
+TEST(Steps, GoFromTickToTickWhereTicksAreRecorded) {
+  const TemporaryFolder folder;
+  Tape tape({.path = folder.path("run.mcap")});
+  for (int ms = 0; ms < 1500; ms += 2) {
+    tape.write(arm_state("north", static_cast<std::uint64_t>(ms)), std::chrono::milliseconds(ms));
+    if (ms >= 100 && ms <= 300 && ms % 10 == 0) {
+      msg::PlannerTick tick;
+      tick.arm("north");
+      tick.sequence_number(static_cast<std::uint64_t>(ms));
+      tape.write(tick, std::chrono::milliseconds(ms) + 300us);
+    }
+    tape.write(arm_state("west", static_cast<std::uint64_t>(ms)), std::chrono::milliseconds(ms) + 500us);
+  }
+  const RecordingIndex index = index_recording(tape.close(), cell_file());
+  RecordedCell cell(index);
+  Replay replay(cell);
+  const auto step = [&](double from, int by, const std::string& arm) {
+    replay.command(Json{{"op", "seek"}, {"at", from}}.dump());
+    replay.command(Json{{"op", "step"}, {"by", by}, {"arm", arm}}.dump());
+    return replay.playback_json().at("at").get<double>();
+  };
+  EXPECT_NEAR(step(200.3, 1, "north"), 210.3, 1e-6);
+  EXPECT_NEAR(step(201.0, 1, "north"), 210.3, 1e-6);
+  EXPECT_NEAR(step(201.0, -1, "north"), 200.3, 1e-6);
+  EXPECT_NEAR(step(201.0, 1, ""), 210.3, 1e-6) << "a tick of any arm";
+  EXPECT_NEAR(step(201.0, 1, "west"), 202.5, 1e-6) << "its planner has no ticks";
+  EXPECT_NEAR(step(201.0, -1, "west"), 200.5, 1e-6);
+  EXPECT_NEAR(step(401.0, 1, "north"), 402.0, 1e-6) << "behind the last tick";
+  EXPECT_NEAR(step(1401.0, -1, "north"), 1400.0, 1e-6) << "the last tick is more than 1 s before";
+}
+
 TEST_F(Story, IsPlayedUntilTheLastWholeRecordOfACutFile) {
   const std::uint64_t size = std::filesystem::file_size(path_);
   std::mt19937_64 random(3);
