@@ -285,14 +285,15 @@ export class ArmFigure {
   }
 
   /**
-   * Draws the visual elements of links from the URDF. They replace the collision shapes of their link, when all of them have
-   * something to draw: a link whose mesh could not be loaded keeps its collision shapes, so that no link is invisible.
+   * Draws the visual elements of links from the URDF. They replace the collision shapes, but for links whose mesh could not be
+   * loaded. Shapes of links without visual elements would look like a part of the robot.
    */
   addVisuals(byLink: Map<string, THREE.Object3D[]>): void {
+    const skinned = [...byLink.values()].some((visuals) => visuals.some(isDrawable));
     for (const group of this.tree.links) {
       const visuals = byLink.get(group.name) ?? [];
       const body = this.bodies.get(group.name);
-      if (body) body.visible = visuals.length === 0 || !visuals.every(isDrawable);
+      if (body && skinned) body.visible = visuals.length > 0 && !visuals.every(isDrawable);
       for (const visual of visuals) {
         group.add(visual);
         this.visuals.push(visual);

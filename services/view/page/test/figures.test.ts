@@ -22,7 +22,7 @@ function arm(): Arm {
 }
 const mesh = (): THREE.Object3D => new THREE.Group().add(new THREE.Mesh(new THREE.BoxGeometry(), new THREE.MeshPhongMaterial()));
 
-test("a link without a drawable visual keeps its collision shapes", () => {
+test("a link whose visual cannot be drawn keeps its collision shapes, a link without one does not", () => {
   const figure = new ArmFigure(arm(), 0, new THREE.Scene(), []);
   assert.deepEqual(figure.linksByShapes, LINKS);
   figure.addVisuals(new Map([
@@ -30,12 +30,18 @@ test("a link without a drawable visual keeps its collision shapes", () => {
     ["upper", [new THREE.Group()]], // its mesh could not be loaded
     ["fore", [mesh(), new THREE.Group().add(new THREE.Mesh())]], // one of two is a mesh without a point
   ]));
-  assert.deepEqual(figure.linksByShapes, ["upper", "fore", "hand"]);
-  assert.equal(figure.parts.length, 3 + 4); // the pointer finds them
+  assert.deepEqual(figure.linksByShapes, ["upper", "fore"]);
+  assert.equal(figure.parts.length, 2 + 4); // the pointer finds them
 });
 
 test("an arm whose links all have visuals is drawn by them alone", () => {
   const figure = new ArmFigure(arm(), 0, new THREE.Scene(), []);
   figure.addVisuals(new Map(LINKS.map((name) => [name, [mesh()]])));
   assert.deepEqual(figure.linksByShapes, []);
+});
+
+test("an arm of which no mesh could be loaded is drawn by all its collision shapes", () => {
+  const figure = new ArmFigure(arm(), 0, new THREE.Scene(), []);
+  figure.addVisuals(new Map([["base", [new THREE.Group()]]]));
+  assert.deepEqual(figure.linksByShapes, LINKS);
 });
