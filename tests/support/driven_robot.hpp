@@ -38,9 +38,10 @@ class DrivenRobot : public Base {
   };
   explicit DrivenRobot(Setup setup) : setup_(std::move(setup)) {}
 
-  /// Starts driving `device_`, which has that many joints.
-  void drive(const std::string& arm, int joints) {
-    session_.emplace(services::DeviceSessionSetup{arm, joints, 10.0}, *device_, std::nullopt);
+  /// Starts driving `device_`, which has that many joints. `state_age_limit`: by default long, for a busy machine.
+  void drive(const std::string& arm, int joints,
+             std::chrono::duration<double> state_age_limit = std::chrono::seconds(10)) {
+    session_.emplace(services::DeviceSessionSetup{arm, joints, state_age_limit.count()}, *device_, std::nullopt);
     q_ = JointVector::Zero(joints);
   }
   /// Runs periods of a driver until `event` holds; false after kLimit.

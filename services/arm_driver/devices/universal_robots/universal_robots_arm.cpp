@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planner/model/robot_model.hpp"
+#include "services/arm_driver/devices/duration_text.hpp"
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
 #include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/options.hpp"
@@ -90,6 +91,13 @@ class UniversalRobotsArm final : public ArmDevice {
     Condition condition = this->condition();
     state.mode = condition.mode;
     state.text = std::move(condition.text);
+    // The driver would say so, too, but not of which robot.
+    if (state.mode == DeviceMode::kReady && state.age > options_.command_timeout) {
+      state.mode = DeviceMode::kFailed;
+      state.text = "the newest data of the robot at " + options_.robot_ip + " are " + milliseconds(state.age) +
+                   " old (limit " + milliseconds(options_.command_timeout) +
+                   ", timing.command_timeout): is its cable out, or is its controller off?";
+    }
     return state;
   }
 
