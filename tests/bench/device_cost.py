@@ -31,7 +31,7 @@ DOMAIN, ROS_DOMAIN = 49, 50
 PATIENCE = 60.0  # [s]
 ORDERS = 30999  # TCP port of a controller
 SO_TIMESTAMPNS = 35
-SET_POINT_OF_UR = 32  # bytes
+SET_POINT_OF_UR = 60  # bytes: 15 int32 (services/arm_driver/devices/universal_robots/program.hpp)
 
 
 class Device:
