@@ -98,7 +98,10 @@ class DrivenRobot : public Base {
     robot_->order("forget");
     resume();
     ASSERT_TRUE(until([this] { return session_->active(); })) << text();
-    ASSERT_TRUE(until([this] { return robot_->state().at(setup_.counter) > setup_.count; }));
+    ASSERT_TRUE(until([this] {
+      const auto state = robot_->state();
+      return state.at(setup_.counter) > setup_.count && state.at("first").is_number();
+    }));
     EXPECT_LT(robot_->state().at("first").template get<double>(), setup_.step);
     EXPECT_LT(robot_->state().at("largest").template get<double>(), setup_.step);
     const auto after = robot_q();
