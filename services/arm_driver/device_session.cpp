@@ -110,7 +110,7 @@ void DeviceSession::set_observed(bool observed) {
     phase_ = Phase::kInactive;
   }
   latched_.reset();
-  failed_while_active_ = false;
+  must_be_resumed_ = false;
 }
 
 void DeviceSession::write(const device::JointState& set_point, std::chrono::nanoseconds valid_for) {
@@ -147,10 +147,10 @@ std::optional<std::string> DeviceSession::unusable_state() const {
 }
 
 void DeviceSession::fail(const std::string& text) {
-  failed_while_active_ = failed_while_active_ || phase_ == Phase::kActive || phase_ == Phase::kActivating;
+  must_be_resumed_ = must_be_resumed_ || phase_ == Phase::kActive || phase_ == Phase::kActivating;
   device_.stop(text);
   state_.mode = DeviceMode::kFailed;
-  state_.text = failed_while_active_ ? with_resume(text, setup_.arm) : text;
+  state_.text = must_be_resumed_ ? with_resume(text, setup_.arm) : text;
   failure_ = state_.text;
   leave();
   phase_ = Phase::kUnconfigured;
@@ -160,12 +160,13 @@ void DeviceSession::fail(const std::string& text) {
 
 void DeviceSession::follow() {
   phase_ = Phase::kActive;
-  failed_while_active_ = false;
+  must_be_resumed_ = false;
 }
 
 void DeviceSession::leave() {
   device_.deactivate();
   if (phase_ == Phase::kActive || phase_ == Phase::kActivating) {
+    must_be_resumed_ = true;
     latched_ = cause_of_state();
     latched_at_ = now_;
   }

@@ -79,11 +79,11 @@ class DeviceSession {
   std::optional<std::string> failure_;
   std::optional<msg::Cause> latched_;
   Clock::time_point latched_at_;
-  bool failed_while_active_ = false;  ///< and has not followed since: a person must resume the arm
-  bool observed_ = false;             ///< others move the arm
-  Clock::time_point now_;             ///< of the last read()
-  Clock::time_point measured_at_;     ///< of the measured state
-  Clock::time_point retry_at_;        ///< when a failed device is configured again
+  bool must_be_resumed_ = false;   ///< it has stopped following, and has not followed since
+  bool observed_ = false;          ///< others move the arm
+  Clock::time_point now_;          ///< of the last read()
+  Clock::time_point measured_at_;  ///< of the measured state
+  Clock::time_point retry_at_;     ///< when a failed device is configured again
 };
 
 }  // namespace hecaton::services
