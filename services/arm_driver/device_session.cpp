@@ -15,10 +15,20 @@ constexpr std::chrono::seconds kRetry{1};
 constexpr std::chrono::seconds kStopShown{1};
 
 std::string age_text(double age, double limit) {
-  char text[128];
-  std::snprintf(text, sizeof text, "the device's state is %.0f ms old (limit %.0f ms, timing.command_timeout)",
+  char text[192];
+  std::snprintf(text, sizeof text,
+                "the device's state is %.0f ms old (limit %.0f ms, timing.command_timeout): is a cable out, or has its "
+                "controller or program stopped?",
                 age * 1e3, limit * 1e3);
   return text;
+}
+
+/// `failure` and what a person does about an arm that is held since then. A device may have said it itself.
+std::string with_resume(const std::string& failure, const std::string& arm) {
+  const std::string order = "'hecaton resume " + arm + "'";
+  if (failure.find(order) != std::string::npos) return failure;
+  const std::string start = failure.ends_with('?') ? " Once" : "; once";
+  return failure + start + " it works again, call " + order;
 }
 
 /// CAUSE_NONE: a device in this mode works.
@@ -75,9 +85,9 @@ void DeviceSession::read(Clock::time_point now, bool may_move) {
     phase_ = Phase::kActivating;
     take(device_.read(now));
     if (const auto reason = unusable_state()) return fail(*reason);
-    if (state_.mode == DeviceMode::kReady) phase_ = Phase::kActive;
+    if (state_.mode == DeviceMode::kReady) follow();
   } else if (phase_ == Phase::kActivating && ready) {
-    phase_ = Phase::kActive;
+    follow();
   } else if (phase_ != Phase::kInactive && !ready && !awaited) {
     leave();
   }
@@ -100,6 +110,7 @@ void DeviceSession::set_observed(bool observed) {
     phase_ = Phase::kInactive;
   }
   latched_.reset();
+  must_be_resumed_ = false;
 }
 
 void DeviceSession::write(const device::JointState& set_point, std::chrono::nanoseconds valid_for) {
@@ -136,19 +147,26 @@ std::optional<std::string> DeviceSession::unusable_state() const {
 }
 
 void DeviceSession::fail(const std::string& text) {
+  must_be_resumed_ = must_be_resumed_ || phase_ == Phase::kActive || phase_ == Phase::kActivating;
   device_.stop(text);
   state_.mode = DeviceMode::kFailed;
-  state_.text = text;
-  failure_ = text;
+  state_.text = must_be_resumed_ ? with_resume(text, setup_.arm) : text;
+  failure_ = state_.text;
   leave();
   phase_ = Phase::kUnconfigured;
   retry_at_ = now_ + kRetry;
   if (state_.measured.q.size() != setup_.joints || state_.measured.qd.size() != setup_.joints) state_.measured = {};
 }
 
+void DeviceSession::follow() {
+  phase_ = Phase::kActive;
+  must_be_resumed_ = false;
+}
+
 void DeviceSession::leave() {
   device_.deactivate();
   if (phase_ == Phase::kActive || phase_ == Phase::kActivating) {
+    must_be_resumed_ = true;
     latched_ = cause_of_state();
     latched_at_ = now_;
   }

@@ -68,6 +68,7 @@ class DeviceSession {
   void take(device::DeviceState state);
   [[nodiscard]] std::optional<std::string> unusable_state() const;
   void fail(const std::string& text);
+  void follow();
   void leave();
   [[nodiscard]] msg::Cause cause_of_state() const;
 
@@ -78,6 +79,7 @@ class DeviceSession {
   std::optional<std::string> failure_;
   std::optional<msg::Cause> latched_;
   Clock::time_point latched_at_;
+  bool must_be_resumed_ = false;   ///< it has stopped following, and has not followed since
   bool observed_ = false;          ///< others move the arm
   Clock::time_point now_;          ///< of the last read()
   Clock::time_point measured_at_;  ///< of the measured state

@@ -31,7 +31,7 @@ DOMAIN, ROS_DOMAIN = 49, 50
 PATIENCE = 60.0  # [s]
 ORDERS = 30999  # TCP port of a controller
 SO_TIMESTAMPNS = 35
-SET_POINT_OF_UR = 32  # bytes
+SET_POINT_OF_UR = 60  # bytes: 15 int32 (services/arm_driver/devices/universal_robots/program.hpp)
 
 
 class Device:
@@ -129,8 +129,8 @@ class Capture(threading.Thread):
                 packet, extra, _, sender = self._socket.recvmsg(2048, 256)
             except TimeoutError:
                 continue
-            if sender[2] != socket.PACKET_OUTGOING or len(packet) < 40 or not self._device.is_set_point(packet):
-                continue  # on loopback each packet comes twice
+            if sender[2] != socket.PACKET_HOST or len(packet) < 40 or not self._device.is_set_point(packet):
+                continue  # the kernel shows what goes out to taps of all protocols only
             for _, kind, data in extra:
                 if kind == SO_TIMESTAMPNS:
                     seconds, nanoseconds = struct.unpack("qq", data[:16])

@@ -27,6 +27,8 @@ STRONGEST = 40.0  # servo acceleration [rad/s²]
 SAFETY_BRAKING = 30.0  # of a protective stop [rad/s²]
 FASTEST_TARGET = 20.0  # servoj ignores targets that need more [rad/s]
 MOST_UNREAD = 1 << 16  # bytes for a client that does not read
+# Largest distance of a program's first set-point from the measured position (None: no set-point yet), largest step between set-points [rad]
+JUMPS = {"first": None, "largest": 0.0, "ignored": 0}
 
 POWER_OFF, BOOTING, IDLE, RUNNING = 3, 2, 5, 7
 NORMAL, PROTECTIVE, SAFEGUARD, EMERGENCY = 1, 3, 5, 7
@@ -139,11 +141,11 @@ class Controller:
         self.digital_inputs = self.digital_outputs = 0  # bits: 8 standard, 8 configurable, 2 at the tool
         self.analog_inputs, self.analog_outputs = [0.0] * 4, [0.0] * 2  # 2 standard ones, 2 at the tool [V | A]
         self.not_found, self.in_use = set(), set()
-        self.cut = self.halves = False
+        self.cut = self.halves = self.dashboard_silent = False
         self.delayed_until = 0
         self.rtde, self.primaries = [], []
-        self.jumps = {"first": 0.0, "largest": 0.0, "ignored": 0}
-        self.programs, self.messages = 0, []
+        self.jumps = dict(JUMPS)
+        self.programs, self.dashboards, self.messages = 0, 0, []  # so far
         self.listeners = []
         for port, accept in ((RTDE, RtdeClient), (PRIMARY, PrimaryClient), (SECONDARY, PrimaryClient),
                              (DASHBOARD, DashboardClient), (CONTROL, ControlClient)):
@@ -317,8 +319,11 @@ class Run:
             if jump / t > FASTEST_TARGET:
                 controller.jumps["ignored"] += 1
             else:
-                name = "first" if self.commanded is None else "largest"
-                controller.jumps[name] = max(controller.jumps[name], jump)
+                if self.commanded:
+                    controller.jumps["largest"] = max(controller.jumps["largest"], jump)
+                if not self.commanded or controller.jumps["first"] is None:
+                    distance = max(abs(new - old) for new, old in zip(q, controller.joints.q))
+                    controller.jumps["first"] = max(controller.jumps["first"] or 0.0, distance)
                 controller.joints.command = (list(q), lookahead_time)
                 self.commanded = list(q)
         return self.until(thread, t), None
@@ -513,12 +518,15 @@ class PrimaryClient(Connection):
 class DashboardClient(Connection):
     def __init__(self, owner, own_socket):
         super().__init__(owner, own_socket, DashboardClient.handle, "dashboard")
+        owner.dashboards += 1
         self.send(b"Connected: Universal Robots Dashboard Server\n")
 
     def handle(self):
         while b"\n" in self.received:
             line, self.received = self.received.split(b"\n", 1)
             command = line.decode().strip()
+            if self.owner.dashboard_silent:
+                continue
             known = getattr(self, "do_" + command.replace(" ", "_"), None)
             self.send((known() if known else f"could not understand: '{command}'").encode() + b"\n")
 
@@ -599,12 +607,13 @@ class Orders:
     @staticmethod
     def state(c):
         return {"q": c.joints.q, "qd": c.joints.qd, "robot_mode": c.robot_mode, "safety_mode": c.safety_mode,
-                "runtime_state": c.runtime_state(), "slider": c.slider, "programs": c.programs, "messages": c.messages[-5:],
+                "runtime_state": c.runtime_state(), "slider": c.slider, "programs": c.programs, "dashboards": c.dashboards, "messages": c.messages[-5:],
                 "fastest": c.joints.fastest, "strongest": c.joints.strongest, "rtde_clients": len(c.rtde), "now": c.now, **c.jumps}
 
     @staticmethod
     def forget(c):
-        c.jumps = {"first": 0.0, "largest": 0.0, "ignored": 0}
+        """`first` is that of the next set-point."""
+        c.jumps = dict(JUMPS)
         c.joints.fastest = c.joints.strongest = 0.0
 
     @staticmethod
@@ -696,10 +705,16 @@ class Orders:
         c.delayed_until = c.cycles + round(float(seconds) / c.period)
 
     @staticmethod
-    def drop_connections(c):
+    def drop_connections(c, name=""):
+        """Of that name, such as dashboard, or all but those of tests."""
         for key in list(c.selector.get_map().values()):
-            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient):
+            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient) and name in ("", key.data.name):
                 key.data.close()
+
+    @staticmethod
+    def dashboard(c, answers):
+        """Silent: it takes commands, and answers none."""
+        c.dashboard_silent = answers == "silent"
 
 
 def main():

@@ -38,9 +38,10 @@ class DrivenRobot : public Base {
   };
   explicit DrivenRobot(Setup setup) : setup_(std::move(setup)) {}
 
-  /// Starts driving `device_`, which has that many joints.
-  void drive(const std::string& arm, int joints) {
-    session_.emplace(services::DeviceSessionSetup{arm, joints, 10.0}, *device_, std::nullopt);
+  /// Starts driving `device_`, which has that many joints. `state_age_limit`: by default long, for a busy machine.
+  void drive(const std::string& arm, int joints,
+             std::chrono::duration<double> state_age_limit = std::chrono::seconds(10)) {
+    session_.emplace(services::DeviceSessionSetup{arm, joints, state_age_limit.count()}, *device_, std::nullopt);
     q_ = JointVector::Zero(joints);
   }
   /// Runs periods of a driver until `event` holds; false after kLimit.
@@ -97,7 +98,10 @@ class DrivenRobot : public Base {
     robot_->order("forget");
     resume();
     ASSERT_TRUE(until([this] { return session_->active(); })) << text();
-    ASSERT_TRUE(until([this] { return robot_->state().at(setup_.counter) > setup_.count; }));
+    ASSERT_TRUE(until([this] {
+      const auto state = robot_->state();
+      return state.at(setup_.counter) > setup_.count && state.at("first").is_number();
+    }));
     EXPECT_LT(robot_->state().at("first").template get<double>(), setup_.step);
     EXPECT_LT(robot_->state().at("largest").template get<double>(), setup_.step);
     const auto after = robot_q();

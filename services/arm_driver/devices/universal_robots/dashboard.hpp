@@ -10,7 +10,8 @@
 
 namespace hecaton::device::universal_robots {
 
-/// No call waits. For one thread.
+/// Connects again, at most once a second, when the connection closes, and after 8 s without an answer. No call waits.
+/// For one thread.
 class Dashboard {
  public:
   struct Answer {
@@ -19,12 +20,15 @@ class Dashboard {
   };
 
   void open(const std::string& address, Clock::time_point now);
+  /// It stays closed until open().
   void close();
   /// Call it once a period.
   void update(Clock::time_point now);
 
   /// The robot has greeted.
   [[nodiscard]] bool is_open() const { return greeted_ && connection_.is_open(); }
+  /// It has greeted since open(), perhaps on an earlier connection.
+  [[nodiscard]] bool has_greeted() const { return has_greeted_; }
   /// No command waits for its answer.
   [[nodiscard]] bool is_idle() const { return commands_.empty(); }
   /// Sends a command after those before it were answered. Precondition: is_open().
@@ -33,14 +37,19 @@ class Dashboard {
   [[nodiscard]] std::optional<Answer> take();
 
  private:
+  void connect(Clock::time_point now);
+  void drop();
   void send_next(Clock::time_point now);
 
+  std::string address_;  ///< empty before open()
   TcpConnection connection_;
-  bool greeted_ = false;
+  bool greeted_ = false;  ///< on this connection
+  bool has_greeted_ = false;
   bool asked_ = false;                ///< the first of commands_ was sent
   std::deque<std::string> commands_;  ///< not answered yet
   std::deque<Answer> answers_;
   Clock::time_point deadline_;  ///< of the greeting, then of each answer
+  Clock::time_point reopen_at_;
 };
 
 }  // namespace hecaton::device::universal_robots

@@ -24,6 +24,7 @@ Options read_options(const DeviceSetup& setup) {
   const auto robot = reader.address("robot_ip");
   if (!robot) throw std::runtime_error(setup.where + ".robot_ip is missing; it must be the IPv4 address of the robot");
   options.robot_ip = *robot;
+  options.command_timeout = setup.command_timeout;
   options.pc_ip = reader.address("pc_ip");
   options.reverse_port = reader.whole_number("reverse_port", kFirstReversePort + setup.index, 1024, 65535);
   const double period = std::chrono::duration<double>(setup.period).count();

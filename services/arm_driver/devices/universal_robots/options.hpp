@@ -17,7 +17,8 @@ struct Options {
   double lookahead_time = 0.03;         ///< of servoj [s]
   double gain = 2000.0;                 ///< of servoj
   double tracking_delay = 0.0;          ///< lag of the arm behind set-points at full speed [s]
-  std::optional<double> speed_slider;   ///< set at each connection, 0 to 1; empty: it stays as it is
+  std::chrono::nanoseconds command_timeout{0};  ///< of the cell: older data are a failure
+  std::optional<double> speed_slider;           ///< set at each connection, 0 to 1; empty: it stays as it is
 };
 
 /// Throws std::runtime_error with a sentence when a value cannot be used.

@@ -158,7 +158,7 @@ std::int32_t micro(double value) {
   return static_cast<std::int32_t>(std::llround(std::clamp(value * kMicro, -kMost, kMost)));
 }
 
-std::int32_t milliseconds(std::chrono::nanoseconds time) {
+std::int32_t whole_milliseconds(std::chrono::nanoseconds time) {
   return static_cast<std::int32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
 }
 
@@ -188,7 +188,7 @@ std::string program_text(const ProgramSetup& setup) {
 
 std::string set_point_packet(const JointState& set_point, std::chrono::nanoseconds timeout,
                              std::chrono::nanoseconds valid_for) {
-  return packet(milliseconds(timeout), kSetPoint, milliseconds(valid_for), set_point);
+  return packet(whole_milliseconds(timeout), kSetPoint, whole_milliseconds(valid_for), set_point);
 }
 
 std::string end_packet() {

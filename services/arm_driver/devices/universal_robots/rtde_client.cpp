@@ -165,14 +165,18 @@ void RtdeClient::update(Clock::time_point now) {
   if (step_ == Step::kFailed) return;
   if (connection_.state() == TcpConnection::State::kClosed) {
     const bool once = step_ != Step::kConnecting;
-    return fail(once
-                    ? "has closed the RTDE connection: " + connection_.error()
-                    : "cannot be reached on port 30004: " + connection_.error() + "; is it on, and is robot_ip right?");
+    return fail(once ? "has closed the RTDE connection: " + connection_.error()
+                     : "cannot be reached on port 30004: " + connection_.error() + "; " + advice());
   }
   if (now < deadline_) return;
-  if (step_ == Step::kData) return fail("has sent no data for 500 ms: is its cable out?");
-  fail(step_ == Step::kConnecting ? "does not answer on port 30004: is it on, and is robot_ip right?"
-                                  : "does not complete the RTDE handshake within 3 s");
+  if (step_ == Step::kData) return fail("has sent no data for 500 ms: " + advice());
+  fail(step_ == Step::kConnecting ? "does not answer on port 30004: " + advice()
+                                  : "does not complete the RTDE handshake within 3 s: " + advice());
+}
+
+// A robot that has sent data has the right address.
+std::string RtdeClient::advice() const {
+  return has_worked_ ? "is its cable out, or is its controller off?" : "is it on, and is robot_ip right?";
 }
 
 // A message for people may come at any time, also within the handshake.
@@ -382,6 +386,7 @@ void RtdeClient::take_data(std::string_view payload, Clock::time_point now) {
   measured_at_ = now - std::chrono::duration_cast<Clock::duration>(
                            std::chrono::duration<double>(offset_.age(now, data.timestamp)));
   data_ = data;
+  has_worked_ = true;
   deadline_ = now + kSilence;
 }
 

@@ -88,6 +88,7 @@ class RtdeClient {
   };
 
   void fail(std::string sentence);
+  [[nodiscard]] std::string advice() const;
   void take(const Package& package, Clock::time_point now);
   void take_version(std::string_view payload);
   void take_controller(std::string_view payload);
@@ -113,6 +114,7 @@ class RtdeClient {
   Recipe outputs_;
   std::uint8_t inputs_id_ = 0;  ///< of the recipe of inputs()
   std::optional<RobotData> data_;
+  bool has_worked_ = false;  ///< this or an earlier connection had data
   Clock::time_point measured_at_;
   ClockOffset offset_;
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planner/model/robot_model.hpp"
+#include "services/arm_driver/devices/duration_text.hpp"
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
 #include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/options.hpp"
@@ -90,6 +91,13 @@ class UniversalRobotsArm final : public ArmDevice {
     Condition condition = this->condition();
     state.mode = condition.mode;
     state.text = std::move(condition.text);
+    // The driver would say so, too, but not of which robot.
+    if (state.mode == DeviceMode::kReady && state.age > options_.command_timeout) {
+      state.mode = DeviceMode::kFailed;
+      state.text = "the newest data of the robot at " + options_.robot_ip + " are " + milliseconds(state.age) +
+                   " old (limit " + milliseconds(options_.command_timeout) +
+                   ", timing.command_timeout): is its cable out, or is its controller off?";
+    }
     return state;
   }
 
@@ -106,6 +114,11 @@ class UniversalRobotsArm final : public ArmDevice {
   DeviceResult begin(DeviceOrder order) override {
     if (order_.runs) return DeviceFailure{"another order to its robot is not finished: wait some seconds"};
     if (!rtde_.data()) return DeviceFailure{"its robot at " + options_.robot_ip + " is not connected"};
+    if (!dashboard_.is_open() && dashboard_.has_greeted()) {
+      return DeviceFailure{
+          "the connection to its robot's dashboard server (port 29999) was lost and is being opened "
+          "again: call again in some seconds, or act at the teach pendant"};
+    }
     if (!dashboard_.is_open()) {
       return DeviceFailure{"its robot has no dashboard server (port 29999): act at the teach pendant"};
     }
@@ -203,7 +216,7 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   [[nodiscard]] bool may_be_sent() const {
-    return !dashboard_.is_open() || (remote_control_.answered && !remote_control_.off);
+    return !dashboard_.has_greeted() || (remote_control_.answered && !remote_control_.off);
   }
 
   void send_program() {
@@ -301,11 +314,8 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   void update_remote_control() {
-    if (!dashboard_.is_open()) {
-      remote_control_.off = false;
-      return;
-    }
-    const bool polls = program_.phase != Program::Phase::kRunning;
+    // A lost connection says nothing about remote control.
+    const bool polls = dashboard_.is_open() && program_.phase != Program::Phase::kRunning;
     if (!polls || now_ < remote_control_.ask_at || !dashboard_.is_idle()) return;
     dashboard_.send("is in remote control", now_);
     remote_control_.ask_at = now_ + kRemoteControlPeriod;

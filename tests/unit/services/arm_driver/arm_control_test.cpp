@@ -257,7 +257,8 @@ TEST_F(ArmControlTest, ReportsAFailedDeviceAndHoldsTheArm) {
   device_.text = "joint 3: overcurrent";
   period();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
-  EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_DEVICE_FAILED, "arm1", "joint 3: overcurrent"));
+  EXPECT_EQ(control_.cause(), make_cause(CauseKind::CAUSE_DEVICE_FAILED, "arm1",
+                                         "joint 3: overcurrent; once it works again, call 'hecaton resume arm1'"));
   EXPECT_EQ(device_.stopped_for, "joint 3: overcurrent");
   EXPECT_FALSE(device_.active);
   EXPECT_EQ(control_.measured().q.size(), 1) << "the last measurement is still reported";
@@ -304,7 +305,7 @@ TEST_F(ArmControlTest, FailsWhenASetPointCannotBeSent) {
   device_.write_fails = device::DeviceFailure{"connection closed"};
   period();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
-  EXPECT_EQ(text(), "connection closed");
+  EXPECT_EQ(text(), "connection closed; once it works again, call 'hecaton resume arm1'");
   EXPECT_FALSE(device_.active);
 }
 
@@ -313,13 +314,16 @@ TEST_F(ArmControlTest, FailsWhenTheMeasuredStateIsOldOrNotFinite) {
   device_.age = 60ms;
   period();
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
-  EXPECT_EQ(text(), "the device's state is 60 ms old (limit 50 ms, timing.command_timeout)");
+  EXPECT_EQ(text(),
+            "the device's state is 60 ms old (limit 50 ms, timing.command_timeout): is a cable out, or has its "
+            "controller or program stopped? Once it works again, call 'hecaton resume arm1'");
   EXPECT_EQ(control_.measured_at(), now_ - 60ms);
   device_.age = 0ms;
   device_.measures_nan = true;
   wait(1.1);
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
-  EXPECT_EQ(text(), "the device measures a value that is not finite");
+  EXPECT_EQ(text(), "the device measures a value that is not finite; once it works again, call 'hecaton resume arm1'")
+      << "also of a later failure";
 }
 
 TEST_F(ArmControlTest, LeavesTheArmToOthersOnceItHasStopped) {
@@ -382,7 +386,9 @@ TEST_F(ArmControlTest, FailsWhenAnObservedArmIsNotMeasured) {
   device_.age = 60ms;
   period();
   EXPECT_EQ(control.mode(), ArmMode::ARM_FAILED) << "other arms avoid it by its state, also when the device is off";
-  EXPECT_EQ(control.cause().text(), "the device's state is 60 ms old (limit 50 ms, timing.command_timeout)");
+  EXPECT_EQ(control.cause().text(),
+            "the device's state is 60 ms old (limit 50 ms, timing.command_timeout): is a cable out, or has its "
+            "controller or program stopped?");
   device_.age = 0ms;
   for (int k = 0; k < 600; ++k) period();
   EXPECT_EQ(control.mode(), ArmMode::ARM_OBSERVED);
