@@ -52,7 +52,11 @@ class SilentPlanner : public SilentCell {
     state_.received = bus::Clock::now();
     planner::forward_kinematics(*arm_.model, arm_.X_WB, home, kinematics_);
     serve([this](bus::Clock::time_point now) {
-      server_.update({.arm = &arm_, .state = &state_, .kinematics = &kinematics_}, now);
+      ros2::ArmSnapshot snapshot;
+      snapshot.arm = &arm_;
+      snapshot.state = &state_;
+      snapshot.kinematics = &kinematics_;
+      server_.update(snapshot, now);
     });
   }
   ~SilentPlanner() override {
