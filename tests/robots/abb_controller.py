@@ -30,6 +30,8 @@ RANGES = [(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400,
 EXTERNAL_RANGE = (-170, 170)
 WINDOW = 0.1  # egm_minmax of the program [deg]
 MOST_QUEUED = 16  # datagrams
+# Largest distance of a first set-point from the measured position (None: no set-point yet), largest step between set-points [deg]
+JUMPS = {"first": None, "largest": 0.0}
 
 DATA, CORRECTION = 2, 3  # message types
 MOTORS_ON, MOTORS_OFF = 1, 2
@@ -174,7 +176,7 @@ class Egm:
         self.since = self.heard_at = self.converged_since = 0.0
         self.returning = None  # positions from which a ramp down began
         self.counts = {"malformed": 0, "old": 0, "unknown_senders": 0, "accepted": 0, "timeouts": 0, "runs": 0, "most_queued": 0}
-        self.jumps = {"first": 0.0, "largest": 0.0}
+        self.jumps = dict(JUMPS)
         self.open()
 
     def open(self):
@@ -280,8 +282,11 @@ class Egm:
             return
         most = self.options.max_pos_deviation
         values = [max(start - most, min(start + most, value)) for value, start in zip(values, self.start)]
-        name, before = ("largest", self.reference) if self.reference else ("first", self.controller.joints.q)
-        self.jumps[name] = max(self.jumps[name], max(abs(new - old) for new, old in zip(values, before)))
+        distance = lambda before: max(abs(new - old) for new, old in zip(values, before))
+        if self.reference:
+            self.jumps["largest"] = max(self.jumps["largest"], distance(self.reference))
+        if not self.reference or self.jumps["first"] is None:
+            self.jumps["first"] = max(self.jumps["first"] or 0.0, distance(self.controller.joints.q))
         self.reference = values
 
     def ramp_down(self):
@@ -452,7 +457,8 @@ class Orders:
 
     @staticmethod
     def forget(c):
-        c.egm.jumps = {"first": 0.0, "largest": 0.0}
+        """`first` is that of the next set-point."""
+        c.egm.jumps = dict(JUMPS)
         c.egm.counts = dict.fromkeys(c.egm.counts, 0)
         c.joints.fastest = c.joints.strongest = 0.0
 

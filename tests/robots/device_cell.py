@@ -33,6 +33,7 @@ PATIENCE = 120.0  # [s] far longer than anything takes; ends a run that hangs
 ORDERS = 30999  # TCP port of a controller
 STANDS = 0.02  # [rad/s] of the fastest joint, with the noise of a servo
 FIRST = 0.01  # [rad] largest distance of a first set-point from the measured position
+LATE = 0.1  # [s] a set-point is never as far from the one before as twice the velocity limits allow in this time
 
 
 class Failed(Exception):
@@ -47,7 +48,7 @@ class Controller:
     """A simulated controller of the arm of this name."""
 
     address = ""
-    degrees = False  # its angles
+    unit = 1.0  # of its angles [rad]
     begin = []  # orders after which it is ready again
 
     def __init__(self, arm, programs, joints, home, logs):
@@ -109,7 +110,7 @@ class UniversalRobots(Controller):
 
 class Abb(Controller):
     address = "127.0.0.12"
-    degrees = True
+    unit = math.radians(1.0)
     begin = ["motors on", "program start"]
 
     def command(self, programs, joints, home):
@@ -271,6 +272,8 @@ class Run:
         self.caused = set()  # ids of faults
         self.uncaused = []  # faults of arms
         self.largest_first = 0.0  # [rad] distance of a first set-point from the measured position
+        self.firsts = 0  # first set-points that were looked at
+        self.fastest, self.largest = {}, {}  # by arm: of a joint [rad/s], of a step between set-points [rad]
         try:
             for arm, kind in zip(described["arms"], (UniversalRobots, Abb, Ros2Control)):
                 joints = arm["model"]["joints"]
@@ -292,18 +295,37 @@ class Run:
         """What a person does once the robot is ready. The first set-point must be where the arm stands."""
         controller = self.controllers[arm]
         self.cell.wait_for(f"{arm} has no fault", lambda status: arm_in(status, arm)["state"]["q"] and not open_faults(status, arm))
+        if wrong := self.judge(arm):
+            raise Unsafe(wrong)
         controller.order("forget")
         self.cell.insist("resume", arm)
         self.cell.wait_for(f"{arm} may move", lambda status: arm_in(status, arm)["mode"] == "run")
-        first = controller.order("state").get("first", 0.0) * (math.pi / 180.0 if controller.degrees else 1.0)
+        # A late machine may stop it before.
+        controller.wait_for("a first set-point", lambda: controller.order("state")["first"] is not None or
+                            self.cell.arm(arm)["mode"] != "run")
+        first = controller.order("state")["first"]
+        if first is None:
+            return
+        self.firsts += 1
+        first *= controller.unit
         self.largest_first = max(self.largest_first, first)
         if first > FIRST:
             raise Unsafe(f"{arm}: its first set-point after a resume is {first:.4f} rad from where it stands")
 
+    def judge(self, arm):
+        """What was wrong since the last order to forget, as the controller has seen it; empty: nothing."""
+        controller, limit = self.controllers[arm], self.limits[arm]
+        state = controller.order("state")
+        fastest, largest = state["fastest"] * controller.unit, state["largest"] * controller.unit
+        self.fastest[arm], self.largest[arm] = max(self.fastest.get(arm, 0.0), fastest), max(self.largest.get(arm, 0.0), largest)
+        if fastest > 1.1 * limit:
+            return f"{arm} moved at {fastest:.2f} rad/s (limit {limit:.2f})"
+        return f"{arm}: its set-points jumped by {largest:.4f} rad" if largest > 2.0 * limit * LATE else ""
+
     def speed(self, arm):
         """Of the fastest joint, from the controller [rad/s]."""
         controller = self.controllers[arm]
-        return max(map(abs, controller.order("state")["qd"])) * (math.pi / 180.0 if controller.degrees else 1.0)
+        return max(map(abs, controller.order("state")["qd"])) * controller.unit
 
     def moving_arm(self, rng):
         """One that moves: of an arm that was resumed and not commanded since, nothing can stop."""
@@ -392,12 +414,12 @@ class Run:
     def report(self, givers, status, seconds):
         contact = status["contact_report"] or {}
         times = sorted(second for giver in givers for second in giver.seconds)
-        fastest = {arm: controller.order("state")["fastest"] * (math.pi / 180.0 if controller.degrees else 1.0)
-                   for arm, controller in self.controllers.items() if "fastest" in controller.order("state")}
+        failed = [wrong for arm in self.controllers if (wrong := self.judge(arm))]
         result = {"goals_reached": sum(giver.reached for giver in givers), "goals_late": sum(giver.ended for giver in givers),
                   "contacts": contact.get("contacts"), "min_separation_m": contact.get("min_separation_m"), "closest": self.cell.closest,
                   "p50_s": times[len(times) // 2] if times else None, "p95_s": times[int(0.95 * len(times))] if times else None,
-                  "duration_s": seconds, "largest_first_rad": self.largest_first, "fastest_rad_s": fastest,
+                  "duration_s": seconds, "first_set_points": self.firsts, "largest_first_rad": self.largest_first,
+                  "largest_step_rad": self.largest, "fastest_rad_s": self.fastest,
                   "faults_without_event": len(self.uncaused),
                   "events": [{"arm": arm, "event": name, "n": len(rows), "reported_p50_s": statistics.median(rows) if rows else None,
                               "reported_max_s": max(rows, default=None)} for (arm, name), rows in sorted(self.rows.items())]}
@@ -409,14 +431,14 @@ class Run:
         for row in result["events"]:
             told = "no fault" if row["reported_p50_s"] is None else f"reported after {row['reported_p50_s']:.2f} s, at most {row['reported_max_s']:.2f} s"
             print(f"{row['arm']:6} {row['event']:22} {row['n']:4}  {told}")
-        if self.rows:
-            print(f"first set-points after a resume: at most {self.largest_first:.4f} rad from where the arm stood")
+        print(f"{self.firsts} first set-points after a resume: at most {self.largest_first:.4f} rad from where the arm stood")
+        for arm, limit in self.limits.items():
+            print(f"{arm:6} moved at {self.fastest[arm]:.2f} rad/s at most (limit {limit:.2f}); largest step of its set-points {self.largest[arm]:.4f} rad")
         for fault in self.uncaused:
             print(f"without an event: {fault['kind']}: {fault['description']}")
         if self.options.report:
             self.options.report.write_text(json.dumps(result, indent=2) + "\n")
-        failed = [f"{result['contacts']} contacts"] if result["contacts"] != 0 else []
-        failed += [f"{arm} moved at {speed:.2f} rad/s" for arm, speed in fastest.items() if speed > 1.1 * self.limits[arm]]
+        failed += [f"{result['contacts']} contacts"] if result["contacts"] != 0 else []
         if failed:
             raise Unsafe("; ".join(failed))
 

@@ -79,7 +79,8 @@ class Robot {
     std::string value;
     words >> name >> value;
     if (name == "forget") {
-      first_ = largest_ = fastest_ = 0.0;
+      first_.reset();
+      largest_ = fastest_ = 0.0;
       counted_ = refused_ = 0;
     } else if (name == "silence") {  // joint states stop
       silent_ = value == "on";
@@ -237,8 +238,11 @@ class Robot {
     double step = 0.0;
     const Values& from = counted_ > 0 ? last_ : q_;
     for (std::size_t j = 0; j < q_.size(); ++j) step = std::max(step, std::abs(target[j] - from[j]));
-    double& most = counted_ > 0 ? largest_ : first_;
-    most = std::max(most, step);
+    if (counted_ > 0) {
+      largest_ = std::max(largest_, step);
+    } else {
+      first_ = step;
+    }
     last_ = target;
     ++counted_;
   }
@@ -390,7 +394,7 @@ class Robot {
             {"qd", qd_},
             {"active", active_},
             {"running", node_ != nullptr},
-            {"first", first_},
+            {"first", first_ ? Json(*first_) : Json()},
             {"largest", largest_},
             {"fastest", fastest_},
             {"commands", counted_},
@@ -423,7 +427,8 @@ class Robot {
   std::uint64_t cycles_ = 0;
   // What has been commanded since the order to forget.
   Values last_;
-  double first_ = 0.0, largest_ = 0.0, fastest_ = 0.0;
+  std::optional<double> first_;
+  double largest_ = 0.0, fastest_ = 0.0;
   int counted_ = 0, refused_ = 0;
   std::string refusal_;
 };

@@ -44,7 +44,9 @@ class AbbEgmCell : public RobotCell {
     const Json before = robot_->state();
     EXPECT_EQ(run({"resume", "north"}).code, 0);
     ASSERT_TRUE(until([&] { return arm()["state"]["mode"] == "running"; })) << arm();
+    ASSERT_TRUE(until([&] { return robot_->state()["first"].is_number(); })) << arm();
     const Json after = robot_->state();
+    EXPECT_LT(after["first"].get<double>(), 0.1) << "from where the arm stands [deg]";
     EXPECT_LT(after["largest"].get<double>(), 0.1) << "a step of the set-points [deg]";
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(after["q"][j].get<double>(), before["q"][j].get<double>(), 0.05) << j;
   }

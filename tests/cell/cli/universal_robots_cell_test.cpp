@@ -46,6 +46,7 @@ class UniversalRobotsCell : public RobotCell {
     }
     ASSERT_TRUE(until([&] { return robot_->state()["runtime_state"] == 2; })) << arm();
     ASSERT_TRUE(until([&] { return arm()["state"]["mode"] == "running"; })) << arm();
+    ASSERT_TRUE(until([&] { return robot_->state()["first"].is_number(); })) << arm();
     const Json after = robot_->state();
     EXPECT_LT(after["first"].get<double>(), 1e-4);
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(after["q"][j].get<double>(), before["q"][j].get<double>(), 1e-3) << j;
@@ -117,6 +118,7 @@ TEST_F(UniversalRobotsCell, LeavesAnArmToAPersonAndTakesItBack) {
   // On a busy machine the simulated controller may have stopped for so long that the arm is held.
   EXPECT_TRUE(until([&] { return run({"resume", "north"}).code == 0; })) << json({"faults"});
   ASSERT_TRUE(until([&] { return arm()["state"]["mode"] == "running"; })) << arm();
+  ASSERT_TRUE(until([&] { return robot_->state()["first"].is_number(); })) << arm();
   EXPECT_LT(robot_->state()["first"].get<double>(), 1e-4);
   reach("home");
 }
