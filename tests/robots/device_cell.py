@@ -292,14 +292,18 @@ class Run:
             controller.stop()
 
     def resume(self, arm):
-        """What a person does once the robot is ready. The first set-point must be where the arm stands."""
-        controller = self.controllers[arm]
+        """What a person does once the robot is ready."""
         self.cell.wait_for(f"{arm} has no fault", lambda status: arm_in(status, arm)["state"]["q"] and not open_faults(status, arm))
         if wrong := self.judge(arm):
             raise Unsafe(wrong)
-        controller.order("forget")
+        self.controllers[arm].order("forget")
         self.cell.insist("resume", arm)
         self.cell.wait_for(f"{arm} may move", lambda status: arm_in(status, arm)["mode"] == "run")
+
+    def resume_held(self, arm):
+        """Of an arm that is held. The first set-point must be where it stands."""
+        controller = self.controllers[arm]
+        self.resume(arm)
         # A late machine may stop it before.
         controller.wait_for("a first set-point", lambda: controller.order("state")["first"] is not None or
                             self.cell.arm(arm)["mode"] != "run")
@@ -370,7 +374,7 @@ class Run:
             self.cell.wait_for(f"{arm} is ready", lambda status: not open_faults(status, arm))
             if self.cell.arm(arm)["mode"] != "hold":
                 raise Unsafe(f"{arm} may move after {name} without a person")
-            self.resume(arm)
+            self.resume_held(arm)
         self.caused |= {id for id, fault in self.cell.faults().items() if id not in known and fault["subject"] == arm}
         self.cell.doing = f"after {name}, {arm}"
         print(f"{number} of {self.options.events}: {name}, {arm}", file=sys.stderr, flush=True)
@@ -381,7 +385,7 @@ class Run:
         for arm in held:
             for order in self.controllers[arm].begin:
                 self.controllers[arm].order(order)
-            self.resume(arm)
+            self.resume_held(arm)
         wrong = {id: fault for id, fault in self.cell.faults().items() if id not in self.caused and fault["subject"] in self.controllers}
         self.uncaused += wrong.values()
         self.caused |= set(wrong)
@@ -389,7 +393,7 @@ class Run:
     def run(self):
         self.cell.wait_for("a state of each arm", lambda status: all(arm["state"] and arm["state"]["q"] for arm in status["arms"]))
         for arm in self.controllers:
-            self.resume(arm)
+            self.resume(arm)  # it may move already, to give way
         self.caused = set(self.cell.faults())  # of the start
         began = time.monotonic()
         wanted = threading.Event()
