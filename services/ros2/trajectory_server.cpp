@@ -162,7 +162,8 @@ TrajectoryServer::TrajectoryServer(bus::Participant& participant, const std::str
       cancel_goal_(participant, service_of(action_name(ns, arm) + "cancel_goal", type::kCancelGoal), mailbox),
       get_result_(participant, service_of(action_name(ns, arm) + "get_result", type::kTrajectoryResult), mailbox),
       feedback_(participant, action_name(ns, arm) + "feedback", type::kTrajectoryFeedback),
-      status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched) {
+      status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched),
+      unreadable_(action_name(ns, arm), "control_msgs/action/FollowJointTrajectory") {
   restore();
 }
 
@@ -230,24 +231,16 @@ void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
   take_goals(arm, now);
   take_cancellations(now);
   follow(arm, now);
-  take_result_requests();
+  take_result_requests(now);
   send_results(now);
   goals_.forget_old(now);
-}
-
-void TrajectoryServer::refuse_unreadable(const char* service) {
-  if (std::exchange(told_unreadable_, true)) return;
-  services::log_warning("request ignored: its size is not that of its type",
-                        {{"arm", arm_.name},
-                         {"service", service},
-                         {"what_to_do", "let the client run with RMW_IMPLEMENTATION=rmw_fastrtps_cpp"}});
 }
 
 void TrajectoryServer::take_goals(const ArmSnapshot& arm, Clock::time_point now) {
   for (const bus::ros2::Request& request : send_goal_.take()) {
     const auto goal = decoded<SendGoalRequest>(request.bytes);
     if (!goal) {
-      refuse_unreadable("send_goal");
+      unreadable_.note(now);
       continue;
     }
     const Time stamp = ros_time(std::chrono::system_clock::now());
@@ -288,7 +281,7 @@ void TrajectoryServer::take_cancellations(Clock::time_point now) {
   for (const bus::ros2::Request& request : cancel_goal_.take()) {
     const auto cancel = decoded<CancelGoalRequest>(request.bytes);
     if (!cancel) {
-      refuse_unreadable("cancel_goal");
+      unreadable_.note(now);
       continue;
     }
     const CancelGoalResponse response = goals_.cancellable(cancel->goal_info);
@@ -305,11 +298,11 @@ void TrajectoryServer::take_cancellations(Clock::time_point now) {
   }
 }
 
-void TrajectoryServer::take_result_requests() {
+void TrajectoryServer::take_result_requests(Clock::time_point now) {
   for (const bus::ros2::Request& request : get_result_.take()) {
     const auto wanted = decoded<GetResultRequest>(request.bytes);
     if (!wanted) {
-      refuse_unreadable("get_result");
+      unreadable_.note(now);
       continue;
     }
     if (waiting_.size() >= kMostWaiting) waiting_.erase(waiting_.begin());

@@ -17,6 +17,7 @@
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2/trajectory.hpp"
+#include "services/ros2/unreadable_log.hpp"
 #include "services/ros2_messages/cell_view.hpp"
 
 namespace hecaton::ros2 {
@@ -105,7 +106,7 @@ class TrajectoryServer {
   void save();
   void take_goals(const ArmSnapshot& arm, Clock::time_point now);
   void take_cancellations(Clock::time_point now);
-  void take_result_requests();
+  void take_result_requests(Clock::time_point now);
   void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
   void follow(const ArmSnapshot& arm, Clock::time_point now);
   void await_cancellation(Clock::time_point now);
@@ -116,7 +117,6 @@ class TrajectoryServer {
   void send_goal(Clock::time_point now);
   void send_results(Clock::time_point now);
   void publish_feedback(const ArmSnapshot& arm);
-  void refuse_unreadable(const char* service);
 
   const planner::Arm& arm_;
   std::shared_ptr<client::Connection> connection_;
@@ -132,7 +132,7 @@ class TrajectoryServer {
   Clock::time_point fed_back_{};
   Clock::time_point cancel_tried_{};
   Clock::time_point restored_{};  ///< when this process has continued those of an earlier one
-  bool told_unreadable_ = false;
+  UnreadableLog unreadable_;      ///< requests of its services
 };
 
 }  // namespace hecaton::ros2
