@@ -187,6 +187,21 @@ void ArrivalCheck::judge(bool set_point_there, const std::optional<std::string>&
   progress.cause = make_cause(CauseKind::CAUSE_DEVICE_DOES_NOT_FOLLOW, arm, "the drive does not follow: " + *error);
 }
 
+void LastBinding::update(bool path_bound, Progress& progress) {
+  if (progress.has_binding) {
+    pair_ = {progress.binding_own, progress.binding_other, progress.binding_distance};
+  } else if (!progress.obstructed) {
+    pair_.reset();
+  }
+  if (!path_bound || progress.cause.kind() != CauseKind::CAUSE_AT_JOINT_LIMITS) return;
+  if (!pair_) return progress.cause.text("at its joint limits, or those of its path tolerance");
+  char distance[32];
+  std::snprintf(distance, sizeof distance, "%.3f", pair_->distance);
+  progress.cause =
+      make_cause(CauseKind::CAUSE_PATH_BLOCKED, pair_->other,
+                 "at the limits of its path tolerance: " + pair_->own + " was " + distance + " m from " + pair_->other);
+}
+
 std::optional<Progress> ProgressReporter::report(const Period& period) {
   const planner::ArmController& controller = period.planner.controller();
   const bool missing_input = period.hold && is_missing_input(*period.hold);
@@ -200,6 +215,7 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
     const auto& [inputs, result, q, drive] = *period.planned;
     progress =
         explain(result, controller.goal_progress(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
+    last_binding_.update(controller.memory().tracking.is_bound(), progress);
     const bool blocked = result.status == planner::TickStatus::kBlocked && !result.has_binding;
     if (blocked && controller.guide() != nullptr) {
       if (auto why = controller.guide()->no_path_reason(q)) progress.cause.text(std::move(*why));

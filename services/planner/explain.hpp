@@ -31,6 +31,23 @@ class ArrivalCheck {
   double waited_ = 0.0;  ///< with the set-point at the goal [s]
 };
 
+/// Remembers the pair of bodies that bounded an arm last, until the arm moves freely. At the limits of a path tolerance
+/// no pair bounds an arm, although it stands there because of that one.
+class LastBinding {
+ public:
+  /// Call once per control period after explain(). `path_bound`: the arm must stay near a trajectory. Then an arm at
+  /// its limits says so, and names the pair.
+  void update(bool path_bound, Progress& progress);
+
+ private:
+  struct Pair {
+    std::string own;
+    std::string other;
+    double distance;  ///< [m]
+  };
+  std::optional<Pair> pair_;
+};
+
 /// The progress of the active goal, for GoalManager::progress().
 class ProgressReporter {
  public:
@@ -55,6 +72,7 @@ class ProgressReporter {
  private:
   double starved_ = 0.0;  ///< time without fresh inputs [s]
   ArrivalCheck arrival_;
+  LastBinding last_binding_;
 };
 
 }  // namespace hecaton::services

@@ -93,6 +93,24 @@ TEST_F(ExplainTest, NamesTheJointLimitsWithoutABindingPair) {
   EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "");
 }
 
+TEST_F(ExplainTest, NamesThePairThatBoundedItLastAtTheLimitsOfAPathTolerance) {
+  LastBinding last;
+  const auto text = [&](TickStatus status, bool path_bound = true) {
+    Progress progress = explained(status);
+    last.update(path_bound, progress);
+    return progress.cause.text();
+  };
+  EXPECT_EQ(text(TickStatus::kFollowingBoundary), "at its joint limits, or those of its path tolerance");
+  bind();
+  EXPECT_EQ(text(TickStatus::kFollowingBoundary), "");
+  result_.has_binding = false;
+  EXPECT_EQ(text(TickStatus::kFollowingBoundary),
+            "at the limits of its path tolerance: left/ball was 0.018 m from right/ball");
+  EXPECT_EQ(text(TickStatus::kFollowingBoundary, false), "at its joint limits") << "without a path tolerance";
+  EXPECT_EQ(text(TickStatus::kMoving), "") << "it moves freely";
+  EXPECT_EQ(text(TickStatus::kFollowingBoundary), "at its joint limits, or those of its path tolerance");
+}
+
 TEST_F(ExplainTest, IsBlockedAfterTheStallTimeout) {
   for (int second = 0; second <= 10; ++second) {
     EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE) << second;
