@@ -79,7 +79,7 @@ void write(spdlog::level::level_enum level, std::string_view event, LogFields fi
   const auto logger = current().load();
   if (!logger || !logger->should_log(level)) return;
   std::string line = log_text(event, fields);
-  if (level > spdlog::level::debug) {  // who asks for these wants all
+  if (level > spdlog::level::debug) {  // debugging wants all lines
     const auto omitted = admit(event);
     if (!omitted) return;
     if (*omitted > 0) append(line, "omitted_before", std::to_string(*omitted));

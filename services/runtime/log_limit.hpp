@@ -1,5 +1,5 @@
 #pragma once
-/// How many lines of one event a log takes, so that nobody who may give orders fills a disk with them.
+/// How many lines of one event a log takes: floods of orders must not fill a disk.
 
 #include <algorithm>
 #include <chrono>

@@ -71,7 +71,7 @@ bool is_ours(const fs::path& path) {
   return ::lstat(path.c_str(), &about) == 0 && S_ISDIR(about.st_mode) && about.st_uid == ::geteuid();
 }
 
-/// What an agent has made has an origin, or nothing at all. All else belongs to somebody, and stays.
+/// What an agent has made has an origin, or nothing at all. All else stays.
 bool is_of_a_run(const fs::path& path) {
   std::error_code error;
   return fs::is_regular_file(fs::symlink_status(path / kOrigin, error)) || fs::is_empty(path, error);
