@@ -134,7 +134,7 @@ void set_identity(bus::ParticipantOptions& participant, const std::filesystem::p
   if (enclave.empty()) return;
   const auto expires = expiry_of(enclave);
   participant.identity_expires = expires;
-  // Supervisors report the keys of running nodes. Nobody else looks at those of a person.
+  // Supervisors report the keys of running nodes only, not those of a person.
   if (expires - std::chrono::system_clock::now() < kExpiryLead) {
     log_warning("identity expires soon", {{"folder", enclave.string()},
                                           {"expires", date_text(expires)},
