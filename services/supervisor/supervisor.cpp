@@ -219,9 +219,7 @@ void Supervisor::report_own_stall(const std::string& what, bus::Clock::time_poin
   log_warning("supervisor " + what, {{"ms", silence.count()}});
 }
 
-// A driver that starts now must not receive this supervisor's leases: a newer leader may have granted others since.
 void Supervisor::step_down() {
-  publisher_.withdraw_mode();
   replicator_.step_down(replicated());
 }
 
