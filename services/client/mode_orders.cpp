@@ -106,7 +106,8 @@ void ModeOrders::restrict(const std::stop_token& stop, ModeOrder order, Restrict
 void ModeOrders::resume(const std::stop_token& stop) {
   const auto stands = [](const Restriction& one) { return one.wanted || one.under_way; };
   std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [&] { return !resumes_.empty() && !stands(stop_) && !stands(hold_); })) {
+  const auto is_due = [&] { return !resumes_.empty() && !stands(stop_) && !stands(hold_); };
+  while (changed_.wait(lock, stop, is_due) && !stop.stop_requested()) {
     const Resume now = std::move(resumes_.front());
     resumes_.pop_front();
     const std::stop_token interrupted = resuming_.emplace(Resuming{now.arms, {}, false}).interruption.get_token();
