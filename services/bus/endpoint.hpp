@@ -81,7 +81,7 @@ struct Sample {
 /// Departures of a reader from its topic.
 struct ReaderOptions {
   std::optional<std::chrono::milliseconds> deadline = {};  ///< instead of the topic's; 0: none
-  /// Queue only the newest sample of each key. Default: on best-effort topics.
+  /// Queue only the newest sample of each key. Default: on best-effort topics, unless writers compete for a key.
   std::optional<bool> conflate = {};
   /// On a topic with Qos::partition_per_key: the only arms of which it receives. Empty: all arms.
   std::vector<std::string> keys = {};

@@ -175,7 +175,8 @@ template <class T>
 struct Reader<T>::Impl : ReaderBase {
   Impl(const Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
       : ReaderBase(participant.impl(), Topic<T>::kInfo, mailbox),
-        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable), options.queue) {
+        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable && Topic<T>::kInfo.qos.reader_depth == 0),
+              options.queue) {
     if (schema == 0)
       throw std::runtime_error(std::string(Topic<T>::kInfo.name) + ": schema must have a default above 0");
     open(make_type_support<T>(), options);

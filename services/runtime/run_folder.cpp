@@ -87,6 +87,7 @@ void discard(const fs::path& path) {
 
 /// For the holder of the lock. A dying service may still create a file: then the folder stays, for the next agent.
 void remove_locked(const fs::path& path) {
+  if (!is_of_a_run(path)) return;
   std::error_code error;
   try {
     discard(path);
@@ -206,7 +207,7 @@ void RunFolder::remove_abandoned() const {
   for (const auto& entry : fs::directory_iterator(path_.parent_path(), ignored)) {
     const std::string name = entry.path().filename();
     if (!name.starts_with(kPrefix) || name.find(kBeforeHost) == std::string::npos) continue;
-    if (!is_ours(entry.path()) || !is_of_a_run(entry.path())) continue;
+    if (!is_ours(entry.path())) continue;
     struct stat about {};
     if (::stat(entry.path().c_str(), &about) != 0) continue;
     if (std::time(nullptr) - about.st_mtim.tv_sec < std::chrono::seconds(kAbandoned).count()) continue;
@@ -215,7 +216,7 @@ void RunFolder::remove_abandoned() const {
 }
 
 void remove_run(const RunName& run) {
-  if (is_of_a_run(run_path(run))) remove_unlocked(run_path(run));
+  remove_unlocked(run_path(run));
 }
 
 }  // namespace hecaton::services
