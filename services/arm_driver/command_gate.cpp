@@ -19,6 +19,20 @@ std::optional<std::string> CommandGate::fence(const msg::ArmCommand& command) co
   return std::nullopt;
 }
 
+// Without the supervisor a command proves a new lease. An intruder would only have to take a greater term.
+std::optional<std::string> CommandGate::not_granted(const msg::ArmCommand& command,
+                                                    const std::optional<CommandOrigin>& origin) const {
+  const auto term = [&] { return "commands of " + command.node() + " have term " + std::to_string(command.term()); };
+  if (granted_) {
+    if (command.term() <= *granted_) return std::nullopt;
+    return term() + ", but the supervisor has granted only " + std::to_string(*granted_);
+  }
+  const std::uint64_t newest = lease_.newest().term;
+  if (!origin || origin->named || newest == 0 || command.term() <= newest) return std::nullopt;
+  if (followed_ && origin->writer.same_participant(followed_->writer)) return std::nullopt;
+  return term() + ", the supervisor is silent, and their sender is not known as this planner";
+}
+
 bool CommandGate::held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const {
   return origin && followed_ && command.term() == term_ && !origin->writer.same_participant(followed_->writer) &&
          origin->at - followed_->at <= limits_.hold;
@@ -52,11 +66,7 @@ Judgement CommandGate::judge(const msg::ArmCommand& command, const std::optional
     ++stale_rejected_;
     return refuse(Verdict::kStaleTerm, std::move(*stale));
   }
-  if (granted_ && command.term() > *granted_) {
-    return refuse(Verdict::kNotGranted, "commands of " + command.node() + " have term " +
-                                            std::to_string(command.term()) + ", but the supervisor has granted only " +
-                                            std::to_string(*granted_));
-  }
+  if (auto why = not_granted(command, origin)) return refuse(Verdict::kNotGranted, std::move(*why));
   if (held_by_another(command, origin)) {
     return refuse(Verdict::kSecondWriter, "two participants command the arm as " + command.node() + " under term " +
                                               std::to_string(command.term()));

@@ -17,8 +17,8 @@ constexpr Time kAlone = std::chrono::seconds(1);
 /// A process event that arrives this long after it happened keeps its own time.
 constexpr Time kLate = std::chrono::seconds(1);
 
-/// An agent that has been silent for this long may have a successor.
-constexpr Time kAgentHeld = std::chrono::milliseconds(200);
+/// A node that has been silent for this long may have a successor.
+constexpr Time kHeld = std::chrono::milliseconds(200);
 /// Events that wait for the first heartbeat of their agent; more than all processes of a cell have in their history.
 constexpr std::size_t kMostWaiting = 4096;
 
@@ -156,10 +156,7 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     if (heartbeat.kind() == msg::NodeKind::NODE_AGENT) note_agent(sample);
     Time& newest = heartbeat.host() == self_.host ? newest_.own_host : newest_.other_hosts;
     if (heartbeat.node() != self_.node) newest = std::max(newest, arrival(sample));
-    if (heartbeat.kind() != msg::NodeKind::NODE_SUPERVISOR)
-      to.leadership.observe_term(heartbeat.term(), arrival(sample));
-    // A planner may know a lease that has not reached its driver, and wait for the planner that the lease names.
-    to.failover.update(heartbeat.subject(), lease_of(heartbeat.lease()));
+    observe_term(sample, to);
     // The cause of a failed node may be empty.
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
     to.detector.heard(heartbeat.node(),
@@ -168,6 +165,29 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
     to.snapshot.update_heartbeat(sample);
   }
+}
+
+void SupervisorSubscriptions::observe_term(const bus::Sample<msg::Heartbeat>& sample, const Consumers& to) {
+  if (speakers_.empty()) {
+    for (const ExpectedNode& node : to.detector.nodes()) {
+      const bool speaks = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_PLANNER;
+      if (speaks) speakers_.emplace(node.name, Speaker{.role = node.role, .arm = node.arm});
+    }
+  }
+  const auto known = speakers_.find(sample.value.node());
+  if (known == speakers_.end()) return;
+  Speaker& speaker = known->second;
+  const bool same = speaker.heartbeats.same_participant(sample.writer);
+  if (!same && speaker.heard > Time(0) && arrival(sample) - speaker.heard <= kHeld) return;
+  speaker.heartbeats = sample.writer;
+  speaker.heard = arrival(sample);
+  if (speaker.role == msg::NodeKind::NODE_DRIVER) {
+    const auto* state = find(to.snapshot.arms, speaker.arm);
+    if (!state || !state->writer.same_participant(sample.writer)) return;
+  }
+  to.leadership.observe_term(sample.value.term(), arrival(sample));
+  // A planner may know a lease that has not reached its driver, and wait for the planner that the lease names.
+  to.failover.update(speaker.arm, lease_of(sample.value.lease()));
 }
 
 void SupervisorSubscriptions::receive_rows(const Consumers& to) {
@@ -185,7 +205,7 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
   std::map<std::string_view, const bus::Sample<msg::ArmState>*> newest;
   const auto samples = readers_.arms.take();
   for (const auto& sample : samples) {
-    if (sample.disposed) continue;
+    if (sample.disposed || !to.detector.expects(driver_node(sample.value.arm()))) continue;
     newest.insert_or_assign(sample.value.arm(), &sample);
     to.detector.stream_heard(driver_node(sample.value.arm()), arrival(sample), sample.value.sequence_number());
   }
@@ -210,7 +230,7 @@ void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& samp
     const bool same = agent.heartbeats.same_participant(sample.writer);
     if (same) agent.heard = arrival(sample);
     // Events of another participant do not count while the agent is heard.
-    if (same || arrival(sample) - agent.heard <= kAgentHeld) return;
+    if (same || arrival(sample) - agent.heard <= kHeld) return;
   }
   processes_.agents.insert_or_assign(sample.value.node(),
                                      KnownAgent{sample.writer, sample.value.newest_event(), arrival(sample),
