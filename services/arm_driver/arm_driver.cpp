@@ -129,7 +129,10 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
                *device_),
       tool_(file, arm, std::move(signals), beside(options.checkpoint, ".tool"), *device_),
       published_{nanoseconds(state_period(file)), {}, {}} {
-  if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
+  if (const auto last = checkpoint_.recall()) {
+    participant_.know_term(last->term);
+    control_.observe_lease(*last);
+  }
   state_.arm(name_);
   if (tool_.present()) tool_topics_.emplace(participant_, &mailbox_);
 }

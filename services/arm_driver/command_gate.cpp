@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services {
@@ -88,6 +89,7 @@ LeaseCheckpoint::LeaseCheckpoint(const std::string& path) : record_(path, 0, "th
 std::optional<ArmLease> LeaseCheckpoint::recall() const {
   const auto stored = record_.recall();
   if (!stored || stored->planner.back() != 0) return std::nullopt;
+  if (!bus::is_usable_term(stored->term)) return ArmLease{};
   return ArmLease{stored->planner.data(), stored->term};
 }
 

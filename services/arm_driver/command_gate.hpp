@@ -98,7 +98,8 @@ class LeaseCheckpoint {
   /// An empty path keeps nothing. Throws std::runtime_error with a sentence when the file cannot be used.
   explicit LeaseCheckpoint(const std::string& path);
 
-  /// The lease that was stored last.
+  /// The lease that was stored last. Its term is 0 if the stored one is not usable (wire_rules.hpp): the driver would
+  /// refuse every other one.
   [[nodiscard]] std::optional<ArmLease> recall() const;
   /// Stores the lease. Of a planner with a name above 255 bytes it stores the term alone.
   void remember(const ArmLease& lease);

@@ -165,7 +165,7 @@ bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, std:
     ++counters_.refused;
     return false;
   }
-  if (!participant_->admits_term(largest_term)) {
+  if (!participant_->terms().admits(largest_term, now)) {
     refuse(info, RefusalKind::kMalformed,
            "term = " + std::to_string(largest_term) + " is more than " + std::to_string(kTermLeap) +
                " above every known term");

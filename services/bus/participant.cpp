@@ -367,15 +367,6 @@ bool Participant::Impl::recovering() const {
   return filter_->stall_guard.long_stall(now) || now < recovered_;
 }
 
-// The first term may be any: this process may be new in an old cell.
-bool Participant::Impl::admits_term(std::uint64_t term) {
-  std::uint64_t known = largest_term_;
-  if (known > 0 && term > known + kTermLeap) return false;
-  while (term > known && !largest_term_.compare_exchange_weak(known, term)) {
-  }
-  return true;
-}
-
 void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   const auto now = Clock::now();
   const std::scoped_lock lock(peers_mutex_);
@@ -461,6 +452,10 @@ std::vector<std::string> Participant::joining() const {
 
 std::optional<std::chrono::system_clock::time_point> Participant::identity_expires() const {
   return impl_->identity_expires;
+}
+
+void Participant::know_term(std::uint64_t term) {
+  impl_->terms().know(term);
 }
 
 std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "services/bus/refusals.hpp"
+#include "services/bus/term_limit.hpp"
 
 namespace hecaton::bus {
 namespace {
@@ -92,6 +93,39 @@ TEST(WriterChanges, ReportAnIntruderUnderAnOldTerm) {
     reported = changes.note(endpoint(intruder ? 3 : 2), intruder ? 21 : 44, now);
   }
   EXPECT_TRUE(reported) << "it has never led";
+}
+
+// An intruder may be heard first.
+TEST(TermLimit, DoesNotBeginWithATermThatNoCellHas) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  EXPECT_FALSE(terms.admits(kLargestTerm, kBegin));
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + TermLimit::kFirstWait));
+  EXPECT_FALSE(terms.admits(kTermLeap + 1, kBegin));
+  EXPECT_TRUE(terms.admits(0, kBegin));
+  EXPECT_TRUE(terms.admits(7, kBegin + 1s)) << "the cell itself";
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h)) << "it leaps";
+  EXPECT_TRUE(terms.admits(kTermLeap + 7, kBegin + 1h));
+}
+
+TEST(TermLimit, JoinsACellWhoseTermAnIntruderHasRaised) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  const auto later = kBegin + TermLimit::kFirstWait + 1s;
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm + 1, later));
+  EXPECT_TRUE(terms.admits(kLargestFirstTerm, later));
+}
+
+TEST(TermLimit, BeginsWithTheTermOfTheCheckpoint) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  terms.know(5);
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h));
+  terms.know(kLargestTerm);
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h)) << "no usable term";
+  terms.know(3 * kTermLeap);
+  EXPECT_TRUE(terms.admits(4 * kTermLeap, kBegin)) << "the cell of this process";
+  EXPECT_TRUE(terms.admits(1, kBegin)) << "older ones are for the services to refuse";
 }
 
 TEST(SampleRate, AdmitsAsManyAsAllowedInASecond) {
