@@ -19,6 +19,10 @@ constexpr Time kLate = std::chrono::seconds(1);
 
 /// A node that has been silent for this long may have a successor.
 constexpr Time kHeld = std::chrono::milliseconds(200);
+/// More than a cell has hosts.
+constexpr std::size_t kMostAgents = 256;
+/// More than a cell has processes.
+constexpr std::size_t kMostProcesses = 4096;
 /// Events that wait for the first heartbeat of their agent; more than all processes of a cell have in their history.
 constexpr std::size_t kMostWaiting = 4096;
 
@@ -152,7 +156,10 @@ msg::ModeNumber SupervisorSubscriptions::acknowledged_mode() const {
 void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
   for (const auto& sample : readers_.heartbeats.take()) {
     const msg::Heartbeat& heartbeat = sample.value;
-    if (sample.disposed) continue;
+    if (sample.disposed) {
+      if (!to.detector.expects(sample.key)) to.snapshot.heartbeats.erase(sample.key);
+      continue;
+    }
     if (heartbeat.kind() == msg::NodeKind::NODE_AGENT) note_agent(sample);
     Time& newest = heartbeat.host() == self_.host ? newest_.own_host : newest_.other_hosts;
     if (heartbeat.node() != self_.node) newest = std::max(newest, arrival(sample));
@@ -220,7 +227,9 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
     to.detector.device_heard(state.arm(), device_fault_in(state));
     to.snapshot.arms.insert_or_assign(state.arm(), received(sample));
   }
-  for (const auto& sample : readers_.goals.take()) to.snapshot.update_goal(sample);
+  for (const auto& sample : readers_.goals.take()) {
+    if (to.detector.expects(driver_node(sample.value.arm()))) to.snapshot.update_goal(sample);
+  }
 }
 
 void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& sample) {
@@ -231,6 +240,8 @@ void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& samp
     if (same) agent.heard = arrival(sample);
     // Events of another participant do not count while the agent is heard.
     if (same || arrival(sample) - agent.heard <= kHeld) return;
+  } else if (processes_.agents.size() == kMostAgents) {
+    return;
   }
   processes_.agents.insert_or_assign(sample.value.node(),
                                      KnownAgent{sample.writer, sample.value.newest_event(), arrival(sample),
@@ -262,6 +273,8 @@ void SupervisorSubscriptions::receive_process_events(const Consumers& to) {
 
 void SupervisorSubscriptions::apply_process_event(const bus::Sample<msg::ProcessEvent>& sample, const Consumers& to) {
   const msg::ProcessEvent& event = sample.value;
+  const bool is_new = !find(to.snapshot.processes, event.process());
+  if (is_new && to.snapshot.processes.size() == kMostProcesses) return;
   to.snapshot.processes.insert_or_assign(event.process(), received(sample));
   const bool exited = event.kind() == msg::ProcessEventKind::PROCESS_EXITED;
   const KnownAgent& agent = *known_agent(sample);
