@@ -412,7 +412,11 @@ void Participant::Impl::note_addresses(const PeerEvent& event) {
   for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
   filter_->datagrams.forget(prefix);
   filter_->announcements.restart(addresses);
-  if (event.kind != PeerEvent::Kind::kFound) filter_->datagrams.unbind(prefix);
+  if (event.kind == PeerEvent::Kind::kFound) {
+    filter_->datagrams.found(prefix);
+  } else {
+    filter_->datagrams.unbind(prefix);
+  }
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
   filter_->refusals.found(endpoint_id(event.guid), event.name,
