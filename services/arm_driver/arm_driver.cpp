@@ -307,12 +307,12 @@ void ArmDriver::reply(const msg::DeviceRequest& to, const msg::Cause& cause) {
 // supervisor learns by the arm's state.
 void ArmDriver::report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement) {
   if (judgement.verdict == Verdict::kStaleTerm || judgement.verdict == Verdict::kTooFar) return;
-  const bool second = judgement.verdict == Verdict::kSecondWriter;
-  participant_.refuse({.kind = second ? bus::RefusalKind::kSecondWriter : bus::RefusalKind::kMalformed,
-                       .topic = "ArmCommand",
-                       .sender = sample.writer,
-                       .key = name_,
-                       .text = judgement.cause.text()});
+  const auto kind = [&] {
+    if (judgement.verdict == Verdict::kSecondWriter) return bus::RefusalKind::kSecondWriter;
+    return judgement.verdict == Verdict::kNotGranted ? bus::RefusalKind::kNotGranted : bus::RefusalKind::kMalformed;
+  };
+  participant_.refuse(
+      {.kind = kind(), .topic = "ArmCommand", .sender = sample.writer, .key = name_, .text = judgement.cause.text()});
 }
 
 // The checkpoint comes before the log and the next set-point: when this process is killed, its successor must refuse

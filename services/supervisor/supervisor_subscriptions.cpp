@@ -163,34 +163,44 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     if (heartbeat.kind() == msg::NodeKind::NODE_AGENT) note_agent(sample);
     Time& newest = heartbeat.host() == self_.host ? newest_.own_host : newest_.other_hosts;
     if (heartbeat.node() != self_.node) newest = std::max(newest, arrival(sample));
-    observe_term(sample, to);
+    const Speaker* speaker = speaker_of(sample, to.detector);
+    if (speaker) observe_term(*speaker, sample, to);
     // The cause of a failed node may be empty.
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
     to.detector.heard(heartbeat.node(),
                       {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
                        failed ? std::optional(heartbeat.cause()) : std::nullopt, key_expiry(heartbeat)});
-    for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
+    if (speaker) {
+      for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
+    }
     to.snapshot.update_heartbeat(sample);
   }
 }
 
-void SupervisorSubscriptions::observe_term(const bus::Sample<msg::Heartbeat>& sample, const Consumers& to) {
+SupervisorSubscriptions::Speaker* SupervisorSubscriptions::speaker_of(const bus::Sample<msg::Heartbeat>& sample,
+                                                                      const FaultDetector& detector) {
   if (speakers_.empty()) {
-    for (const ExpectedNode& node : to.detector.nodes()) {
-      const bool speaks = node.role == msg::NodeKind::NODE_DRIVER || node.role == msg::NodeKind::NODE_PLANNER;
-      if (speaks) speakers_.emplace(node.name, Speaker{.role = node.role, .arm = node.arm});
+    for (const ExpectedNode& node : detector.nodes()) {
+      speakers_.emplace(node.name, Speaker{.role = node.role, .arm = node.arm});
     }
   }
   const auto known = speakers_.find(sample.value.node());
-  if (known == speakers_.end()) return;
+  if (known == speakers_.end()) return nullptr;
   Speaker& speaker = known->second;
   const bool same = speaker.heartbeats.same_participant(sample.writer);
-  if (!same && speaker.heard > Time(0) && arrival(sample) - speaker.heard <= kHeld) return;
+  if (!same && speaker.heard > Time(0) && arrival(sample) - speaker.heard <= kHeld) return nullptr;
   speaker.heartbeats = sample.writer;
   speaker.heard = arrival(sample);
-  if (speaker.role == msg::NodeKind::NODE_DRIVER) {
+  return &speaker;
+}
+
+void SupervisorSubscriptions::observe_term(const Speaker& speaker, const bus::Sample<msg::Heartbeat>& sample,
+                                           const Consumers& to) {
+  if (speaker.role == msg::NodeKind::NODE_DRIVER) {  // it also sends the states of its arm
     const auto* state = find(to.snapshot.arms, speaker.arm);
     if (!state || !state->writer.same_participant(sample.writer)) return;
+  } else if (speaker.role != msg::NodeKind::NODE_PLANNER) {
+    return;
   }
   to.leadership.observe_term(sample.value.term(), arrival(sample));
   // A planner may know a lease that has not reached its driver, and wait for the planner that the lease names.

@@ -1,5 +1,7 @@
 #include "services/bus/stream_holder.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "services/bus/refusals.hpp"
@@ -136,6 +138,29 @@ TEST(SampleRate, AdmitsAsManyAsAllowedInASecond) {
   EXPECT_EQ(admitted, 10);
   EXPECT_TRUE(rate.admits(now + 1100ms, 10));
   EXPECT_TRUE(SampleRate().admits(now, 0)) << "no limit";
+}
+
+// Each of an intruder's datagrams has another GUID.
+TEST(RefusalLog, NamesASecondWriterAndAWrongTermInAFlood) {
+  RefusalLog log;
+  Clock::time_point now{10s};
+  log.note({.kind = RefusalKind::kSecondWriter, .topic = "ArmState", .sender = endpoint(1), .text = "x", .last = now});
+  log.note({.kind = RefusalKind::kNotGranted, .topic = "ArmCommand", .sender = endpoint(2), .text = "y", .last = now});
+  for (int i = 0; i < 1000; ++i) {
+    now += 1ms;
+    EndpointId forged = endpoint(3);
+    forged.bytes[1] = static_cast<std::uint8_t>(i);
+    forged.bytes[2] = static_cast<std::uint8_t>(i / 256);
+    log.note({.sender = forged, .text = "a gap", .last = now, .address = i % 2 == 0 ? "10.0.0.8" : "10.0.0.9"});
+    log.note({.topic = "Goal", .sender = forged, .text = "too long", .last = now});
+  }
+  const auto recent = log.recent(Clock::time_point(9s), 4);
+  ASSERT_EQ(recent.size(), 4U);
+  EXPECT_EQ(recent[0].text, "x");
+  EXPECT_EQ(recent[1].text, "y");
+  const auto all = log.recent(Clock::time_point(9s), 500);
+  EXPECT_EQ(std::count_if(all.begin(), all.end(), [](const Refused& one) { return one.topic.empty(); }), 2)
+      << "one for each address";
 }
 
 TEST(RefusalLog, CountsBySenderAndForgetsTheQuietest) {
