@@ -105,6 +105,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
           HeartbeatPublisher(connection_.participant, {place_.node, msg::NodeKind::NODE_SUPERVISOR, {}, place_.host},
                              heartbeat_timing(file, options)),
           {}} {
+  connection_.participant.know_term(replicator_.remembered_term());
   replicator_.restore(detector_);
   shutdown_.wake(&connection_.urgent);
 }
