@@ -555,15 +555,15 @@ TEST(RecordedFiles, AreRefusedWithASentence) {
             run + " has no messages of a cell that can be read; name another recording");
 }
 
-TEST(OtherVersion, IsNamed) {
+TEST(OtherVersion, IsNamedIfTheFileDoesNotDescribeIt) {
   const TemporaryFolder folder;
   Tape tape({.path = folder.path("run.mcap")});
   msg::ArmState old = arm_state("north", 1);
   old.schema(msg::SCHEMA_VERSION - 1);
   tape.write(old, 0s);
   const std::string error = error_of([&] { static_cast<void>(index_recording(tape.close(), cell_file())); });
-  EXPECT_NE(error.find("its messages have version " + std::to_string(msg::SCHEMA_VERSION - 1) +
-                       ", and this program reads version " + std::to_string(msg::SCHEMA_VERSION)),
+  EXPECT_NE(error.find("hecaton/ArmState: its messages have version " + std::to_string(msg::SCHEMA_VERSION - 1) +
+                       ", and their structure in the file has version " + std::to_string(msg::SCHEMA_VERSION)),
             std::string::npos)
       << error;
 }
