@@ -44,8 +44,8 @@ class Leadership {
       : limits_(limits), share_(share), highest_(remembered), began_(now), searches_(remembered > 0) {}
 
   /// A node follows cell modes of this term. A higher term than the own one: another supervisor led unheard. In a cell
-  /// with one supervisor there is none, and the next decide() leads on under a higher term: an intruder that claims
-  /// terms in the name of an absent node cannot end the supervision.
+  /// with one supervisor there is none: the next decide() leads on under a higher term. So an intruder in the place of
+  /// an absent node cannot end the supervision.
   void observe_term(std::uint64_t term, Time at) {
     highest_ = std::max(highest_, term);
     if (role_ != Role::kLeading || term <= term_) return;
