@@ -122,7 +122,7 @@ class ParticipantSources {
     }
   };
 
-  /// The place of the stranger that came first is the next one's.
+  /// The place of the unknown participant that came first is the next one's.
   Participant& admit_stranger(const Prefix& participant, std::optional<Prefix>* forgotten) {
     const auto last = participants_.find(strangers_[next_stranger_]);
     if (last != participants_.end() && !last->second.known) {
