@@ -1,6 +1,8 @@
 /// What the page draws of a recording whose messages this test has made: arms by meshes that are in the recording only,
 /// the pair of bodies that bounds a motion, rollouts, plots, and the scene from each side.
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -39,11 +41,23 @@ std::string stl_box(std::array<double, 3> centre, std::array<double, 3> size) {
     }
     return line + "\n";
   };
-  constexpr int kFaces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                                 {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-  for (const auto& face : kFaces) {
-    text += "facet normal 0 0 0\nouter loop\n" + corner(face[0]) + corner(face[1]) + corner(face[2]) +
-            "endloop\nendfacet\n";
+  struct Face {
+    const char* normal;
+    std::array<int, 4> corners;  ///< of two triangles: a, b, c and c, b, d
+  };
+  const std::array<Face, 6> faces{{{"0 0 -1", {0, 2, 1, 3}},
+                                   {"0 0 1", {4, 5, 6, 7}},
+                                   {"0 -1 0", {0, 1, 4, 5}},
+                                   {"0 1 0", {2, 6, 3, 7}},
+                                   {"-1 0 0", {0, 4, 2, 6}},
+                                   {"1 0 0", {1, 3, 5, 7}}}};
+  for (const auto& [normal, corners] : faces) {
+    const auto& [a, b, c, d] = corners;
+    for (const auto& triangle : {std::array{a, b, c}, std::array{c, b, d}}) {
+      text += std::string("facet normal ") + normal + "\nouter loop\n";
+      for (const int bits : triangle) text += corner(bits);
+      text += "endloop\nendfacet\n";
+    }
   }
   return text + "endsolid box\n";
 }
@@ -149,6 +163,7 @@ class DrawnRecording : public testing::Test {
     state.q(q_of(arm, time));
     state.qd(std::vector<double>(kJoints, 0.0));
     state.qd()[0] = 0.5;
+    state.planner("planner/" + arm);
     return state;
   }
   msg::Heartbeat heartbeat(double time) {

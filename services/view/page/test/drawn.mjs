@@ -23,11 +23,8 @@ function onScreen({ view, projection, width, height }, p) {
 const browser = await chromium.launch({ executablePath, ...LAUNCH });
 try {
   const { page, errors } = await open(browser, url, { width: 1200, height: 800 });
-  const warnings = [];
-  page.on("console", (message) => message.type() === "warning" && warnings.push(message.text()));
-  await page.waitForFunction(() => window.hecaton?.scene.drawn("north"));
-  await page.evaluate(() => window.hecaton.scene.loading);
   const track = page.getByRole("slider", { name: "Time of the recording" });
+  await track.waitFor();
   const length = Number(await track.getAttribute("aria-valuemax"));
   /** Pauses at that share of the recording. */
   const seek = async (share) => {
@@ -44,16 +41,19 @@ try {
     }, [-1.5 + 0.5 * (share - 0.03) * length, -1.5 + 0.5 * (share + 0.03) * length]);
   };
 
+  await seek(0.25);
+  await page.evaluate(() => window.hecaton.scene.loading);
+
   // What cannot be read as a mesh leaves the collision shapes of its link.
   const byShapes = await page.evaluate(() => window.hecaton.scene.linksByShapes("north"));
   assert.deepEqual(byShapes.sort(), ["forearm", "shoulder"]);
   assert.equal((await page.evaluate(() => window.hecaton.scene.linksByShapes("west"))).length, 7);
 
   // Where the links and the meshes are, at two times.
-  for (const key of ["g", "b", "n", "w"]) await page.keyboard.press(key); // bodies only
+  for (const key of ["g", "b", "n", "w", "2"]) await page.keyboard.press(key); // bodies only, from above
   const places = { // by link, in its frame: points within the meshes and the shapes
     upper_arm: [[0.1, 0, 0.19], [0.2159, 0, 0.19], [0.33, 0, 0.19]],
-    base_link: [[0, 0, 0], [0.1, 0.1, 0.1], [-0.1, -0.1, 0.1]],
+    base_link: [[0.17, 0.17, 0.1], [-0.17, 0.17, 0.1], [-0.17, -0.17, 0.1], [0.17, -0.17, 0.1]],
     forearm: [[-0.0203, -0.04, 0], [-0.0203, -0.12, 0], [-0.0203, -0.2, 0]],
   };
   const isNear = (hue, wanted) => hue >= 0 && Math.abs(((hue - wanted + 540) % 360) - 180) < 25;
@@ -77,7 +77,7 @@ try {
     const points = places[link].map((place) => onScreen(shot, moved(poses.get(link), place)));
     return points.filter(([x, y]) => kinds[link](shot.hues[y * shot.width + x])).length / points.length;
   };
-  for (const [link, least] of [["upper_arm", 0.6], ["base_link", 0.6], ["forearm", 0.3]]) {
+  for (const [link, least] of [["upper_arm", 0.6], ["base_link", 0.5], ["forearm", 0.6]]) {
     for (const [i, shot] of shots.entries()) {
       const found = share(shot, shot.poses, link);
       console.log(`${link}: ${(found * 100).toFixed(0)} % of its points have its colour`);
@@ -96,7 +96,7 @@ try {
     const forearm = posesOf(drawn[i]).get("forearm");
     const axis = Array.from({ length: 25 }, (_, k) => moved(forearm, [-0.0203, -0.01 * k, 0]));
     const distance = Math.min(...axis.map((p) => apart(p, point)));
-    assert.ok(Math.abs(distance - 0.06) < 0.005, `an end of the pair is ${distance} m from the axis of its body`);
+    assert.ok(Math.abs(distance - 0.06) < 0.01, `an end of the pair is ${distance} m from the axis of its body`);
   });
   await page.keyboard.press("b");
   await page.waitForFunction(() => window.hecaton.scene.pairOf("north") === null);
@@ -146,7 +146,6 @@ try {
   const later = await plots();
   first.forEach((plot, i) => assert.notEqual(plot.sum, later[i].sum, `${plot.caption} stands`));
 
-  assert.ok(warnings.some((text) => text.includes("broken.stl") && text.includes("broken.dae")), String(warnings));
   assert.deepEqual(errors, []);
   console.log(`largest error of a link ${(worst * 1e3).toFixed(4)} mm`);
 } finally {
