@@ -47,8 +47,8 @@ class DatagramCheck {
   static constexpr std::int64_t kMostListed = std::int64_t{1} << 20;
   /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
-  /// Writers of a participant whose numbers are known. A further one takes the place of the most silent one, unless
-  /// that one has sent more than kMostListed samples: forgotten, it would be a danger.
+  /// Writers of a participant whose numbers are known. A further one takes the place of the most silent one. One that
+  /// has sent more than kMostListed samples keeps its place: forgotten, it would be a danger.
   static constexpr std::size_t kWriters = 256;
 
   /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,
