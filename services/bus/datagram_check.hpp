@@ -2,7 +2,7 @@
 /// Recognises RTPS datagrams that would harm the middleware. Private to services/bus; standard library only.
 ///
 /// Fast DDS 2.9.1 handles each number of a range on its own. A datagram of 52 bytes takes a receiving thread for
-/// seconds or for ever: a GAP over 2·10⁹ samples, a HEARTBEAT that lists 2³² of them, one that begins with 2⁶². Fast
+/// seconds or for ever: with a GAP over 2·10⁹ samples, or a HEARTBEAT that lists 2³² of them or begins with 2⁶². Fast
 /// DDS takes memory for the size that the first fragment of a sample announces. A sequence number that leaps makes a
 /// reader ignore all later samples of that writer. It takes what discovery says of a participant or endpoint from any
 /// sender. So the transport checks senders, ranges, sizes and leaps before the middleware sees a datagram.
@@ -41,14 +41,14 @@ class DatagramCheck {
   static constexpr std::chrono::seconds kSettling{2};
   /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.
   static constexpr std::int64_t kFirst = std::int64_t{1} << 32;
-  /// Most samples that a reader may look for: from the first one that the writer still has, or that has followed in its
-  /// stream, to the last one. A late joiner looks for the last sample of each key: the oldest key may be that many
-  /// samples behind.
+  /// Most samples that a reader may look for: those between the first one that the writer still has, or that has
+  /// followed in its stream, and the last one. A late joiner looks for the last sample of each key: the oldest key may
+  /// be that many samples behind.
   static constexpr std::int64_t kMostListed = std::int64_t{1} << 20;
   /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
-  /// Writers of a participant whose numbers are known. A further one takes the place of the one that was silent for
-  /// longest. Its numbers must be no danger when they are unknown: kMostListed at most.
+  /// Writers of a participant whose numbers are known. A further one takes the place of the most silent one. One that
+  /// has sent more than kMostListed samples keeps its place: forgotten, it would be a danger.
   static constexpr std::size_t kWriters = 256;
 
   /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,

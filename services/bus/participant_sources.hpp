@@ -6,7 +6,7 @@
 /// ones. A participant opens its sockets when it starts and keeps them. So a datagram counts only if it comes from a
 /// socket that its participant has used from the beginning.
 ///
-/// A participant that discovery has not found keeps a place until kStrangers others have been heard. It needs the place
+/// A participant that discovery has not found keeps a place until kUnknown others have been heard. It needs the place
 /// for its first announcement only. So participants that an intruder invents leave no other one without a place.
 
 #include <algorithm>
@@ -25,7 +25,7 @@
 
 namespace hecaton::bus {
 
-/// Thread-safe. Its memory is bounded by kStrangers and by the participants that discovery knows.
+/// Thread-safe. Its memory is bounded by kUnknown and by the participants that discovery knows.
 class ParticipantSources {
  public:
   using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
@@ -41,7 +41,7 @@ class ParticipantSources {
   static constexpr std::size_t kSockets = 16;  ///< of a participant: one or two for each network interface
   /// Participants of one socket that discovery knows. Fast DDS has one, Cyclone DDS all participants of a process.
   static constexpr std::size_t kSpokenFor = 64;
-  static constexpr std::size_t kStrangers = 256;  ///< participants that discovery does not know
+  static constexpr std::size_t kUnknown = 256;  ///< participants that discovery does not know
 
   /// Why the socket at `source` may not speak for the participant, as a sentence; nothing: it may. `forgotten`: a
   /// participant that has lost its place to this one.
@@ -53,7 +53,7 @@ class ParticipantSources {
       if (const auto place = places_.find(source); place != places_.end() && place->second >= kSpokenFor) {
         return kTooMany;
       }
-      admit_stranger(participant, forgotten).bind(source, now);
+      admit_unknown(participant, forgotten).bind(source, now);
       return std::nullopt;
     }
     Participant& entry = known->second;
@@ -123,14 +123,14 @@ class ParticipantSources {
   };
 
   /// The place of the unknown participant that came first is the next one's.
-  Participant& admit_stranger(const Prefix& participant, std::optional<Prefix>* forgotten) {
-    const auto last = participants_.find(strangers_[next_stranger_]);
+  Participant& admit_unknown(const Prefix& participant, std::optional<Prefix>* forgotten) {
+    const auto last = participants_.find(unknown_[next_unknown_]);
     if (last != participants_.end() && !last->second.known) {
       if (forgotten != nullptr) *forgotten = last->first;
       participants_.erase(last);
     }
-    strangers_[next_stranger_] = participant;
-    next_stranger_ = (next_stranger_ + 1) % kStrangers;
+    unknown_[next_unknown_] = participant;
+    next_unknown_ = (next_unknown_ + 1) % kUnknown;
     return participants_[participant];
   }
   /// Counts one more participant of the socket; false when it has too many.
@@ -150,8 +150,8 @@ class ParticipantSources {
 
   std::mutex mutex_;
   std::unordered_map<Prefix, Participant, Hash> participants_;
-  std::array<Prefix, kStrangers> strangers_{};  ///< in the order of their first datagrams; some may be known now
-  std::size_t next_stranger_ = 0;
+  std::array<Prefix, kUnknown> unknown_{};  ///< in the order of their first datagrams; some may be known now
+  std::size_t next_unknown_ = 0;
   std::unordered_map<Address, std::size_t> places_;  ///< known participants of each socket
 };
 

@@ -87,7 +87,7 @@ TEST_F(SupervisedIntruder, DeposesNoSupervisorByTermsInTheNameOfANode) {
   EXPECT_EQ(greatest, term_) << "a supervisor that was deposed leads under another term";
 }
 
-// Whatever the supervisor hears: an arm follows no participant that takes a greater term.
+// An arm follows no participant that takes a greater term by itself.
 TEST_F(SupervisedIntruder, MovesNoArmWhileTheSupervisorIsSilent) {
   bus::Writer<msg::ArmCommand> commands(intruder_);
   ASSERT_TRUE(commands.wait_matched(1, kPatience));

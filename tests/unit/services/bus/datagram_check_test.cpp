@@ -194,7 +194,7 @@ TEST_F(DatagramCheckTest, HasAPlaceForEachNewParticipantWhateverWasInvented) {
 
 TEST_F(DatagramCheckTest, BindsAParticipantThatWasFoundAfterItsPlaceWasLost) {
   ASSERT_FALSE(refused(RtpsDatagram().data(1)));
-  for (std::size_t i = 0; i < 2 * ParticipantSources::kStrangers; ++i) {
+  for (std::size_t i = 0; i < 2 * ParticipantSources::kUnknown; ++i) {
     ASSERT_FALSE(refused(RtpsDatagram(invented(i)).data(1), kOther));
   }
   check_.found(RtpsDatagram::prefix());
