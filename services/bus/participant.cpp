@@ -367,15 +367,6 @@ bool Participant::Impl::recovering() const {
   return filter_->stall_guard.long_stall(now) || now < recovered_;
 }
 
-// The first term may be any: this process may be new in an old cell.
-bool Participant::Impl::admits_term(std::uint64_t term) {
-  std::uint64_t known = largest_term_;
-  if (known > 0 && term > known + kTermLeap) return false;
-  while (term > known && !largest_term_.compare_exchange_weak(known, term)) {
-  }
-  return true;
-}
-
 void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   const auto now = Clock::now();
   const std::scoped_lock lock(peers_mutex_);
@@ -421,7 +412,11 @@ void Participant::Impl::note_addresses(const PeerEvent& event) {
   for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
   filter_->datagrams.forget(prefix);
   filter_->announcements.restart(addresses);
-  if (event.kind != PeerEvent::Kind::kFound) filter_->datagrams.unbind(prefix);
+  if (event.kind == PeerEvent::Kind::kFound) {
+    filter_->datagrams.found(prefix);
+  } else {
+    filter_->datagrams.unbind(prefix);
+  }
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
   filter_->refusals.found(endpoint_id(event.guid), event.name,
@@ -461,6 +456,10 @@ std::vector<std::string> Participant::joining() const {
 
 std::optional<std::chrono::system_clock::time_point> Participant::identity_expires() const {
   return impl_->identity_expires;
+}
+
+void Participant::know_term(std::uint64_t term) {
+  impl_->terms().know(term);
 }
 
 std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {

@@ -15,6 +15,7 @@
 #include "services/bus/fastdds.hpp"
 #include "services/bus/filtering_transport.hpp"
 #include "services/bus/participant.hpp"
+#include "services/bus/term_limit.hpp"
 #include "services/bus/topics.hpp"
 
 namespace hecaton::bus {
@@ -65,8 +66,7 @@ struct Participant::Impl : PeerListener {
   /// Arrival time of a sample that a reader takes now, see LocalStallGuard.
   [[nodiscard]] Clock::time_point arrival() const { return filter_->stall_guard.arrival(Clock::now()); }
 
-  /// False for a term that leaps (kTermLeap) above every term that was admitted before. Thread-safe.
-  [[nodiscard]] bool admits_term(std::uint64_t term);
+  [[nodiscard]] TermLimit& terms() { return terms_; }
   [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
   [[nodiscard]] bool secured() const { return secured_; }  ///< it has keys
 
@@ -102,7 +102,7 @@ struct Participant::Impl : PeerListener {
   bool announce_departure_;
   const bool secured_;
   AuthenticationWatch handshakes_;
-  std::atomic<std::uint64_t> largest_term_ = 0;  ///< admitted
+  TermLimit terms_{Clock::now()};
   std::atomic<bool> deadlocked_ = false;
   const std::function<std::vector<GuidBeginning>()> revoked_;
   Clock::time_point next_revocations_{};  ///< of the monitor thread alone

@@ -184,7 +184,9 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       goals_(place.arm, place.node),
       resolver_(planner::CellGeometry(arms_of(planner::live_cell(file.cell, arm)), arm)),
       searches_(planner::live_cell(file.cell, arm), arm),
-      hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {}
+      hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {
+  participant_.know_term(failover_.saved_term());
+}
 
 void PlannerService::run() {
   const std::string& arm = planner_.name();

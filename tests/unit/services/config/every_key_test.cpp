@@ -29,7 +29,7 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, certificate: page.pem, key: page-key.pem}
-record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, ros2: true}
+record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, split_size: 2MB, split_time: 30s, ros2: true}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               memory_limit: 300MB,
@@ -172,6 +172,8 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.record->host, "beta");
   EXPECT_EQ(file_.record->after_fault, std::chrono::seconds(5));
   EXPECT_EQ(file_.record->limit, 20'000'000U);
+  EXPECT_EQ(file_.record->split_size, 2'000'000U);
+  EXPECT_EQ(file_.record->split_time, 30s);
   EXPECT_TRUE(file_.record->ros2);
   ASSERT_TRUE(file_.view.has_value());
   EXPECT_EQ(file_.view->host, "alpha");
@@ -592,6 +594,22 @@ TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
        {"{}", "{folder: bags, keep: 5s}", "{folder: bags, limit: 5}", "{folder: bags, limit: 1kB}",
         "{folder: bags, limit: nanGB}", "{folder: bags, host: elsewhere}", "{folder: bags, ros2: maybe}"}) {
     EXPECT_THROW(static_cast<void>(parse_cell_file(text + "record: " + bad + "\n", kKeyFile)), ConfigError) << bad;
+  }
+  const std::vector<std::pair<std::string, std::string>> splits{
+      {"split_size: 5", "must be a number with its unit ("},
+      {"split_size: 99kB", ") from 100kB to 1000000GB, such as 500MB"},
+      {"split_size: 3GB", "must be at most half of `limit`"},
+      {"limit: 20MB, split_size: 11MB", "must be at most half of `limit`"},
+      {"split_time: 0.5s", "1s to 2600000s"},
+      {"split_time: 31d", "split_time"},
+      {"split_time: 60", "split_time"}};
+  for (const auto& [bad, phrase] : splits) {
+    try {
+      static_cast<void>(parse_cell_file(text + "record: {folder: bags, " + bad + "}\n", kKeyFile));
+      ADD_FAILURE() << bad;
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(phrase), std::string::npos) << error.what();
+    }
   }
 }
 
