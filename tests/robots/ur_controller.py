@@ -2,7 +2,7 @@
 """Simulates the controller of a Universal Robots arm on the network: RTDE, primary and secondary port, dashboard. It runs the
 programs that it gets.
 
-usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--off] [--unlock-after SECONDS]
+usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--off] [--unlock-after SECONDS]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no PolyScope: dynamics are those of a
 position servo, and of URScript it knows what tests/robots/urscript.py knows. Tests give orders on port 30999, a line each, and get a
@@ -147,12 +147,35 @@ class Controller:
         self.jumps = dict(JUMPS)
         self.programs, self.dashboards, self.messages = 0, 0, []  # so far
         self.listeners = []
-        for port, accept in ((RTDE, RtdeClient), (PRIMARY, PrimaryClient), (SECONDARY, PrimaryClient),
-                             (DASHBOARD, DashboardClient), (CONTROL, ControlClient)):
-            listener = socket.create_server((options.address, port))
+        self.listen(((CONTROL, ControlClient),))
+        self.serve_robot()
+
+    def listen(self, ports):
+        for port, accept in ports:
+            listener = socket.create_server((self.options.address, port))
             listener.setblocking(False)
             self.listeners.append(listener)
             self.selector.register(listener, selectors.EVENT_READ, (listener, accept))
+
+    def serve_robot(self):
+        self.listen(((RTDE, RtdeClient), (PRIMARY, PrimaryClient), (SECONDARY, PrimaryClient), (DASHBOARD, DashboardClient)))
+
+    def drop_connections(self, name=""):
+        for key in list(self.selector.get_map().values()):
+            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient) and name in ("", key.data.name):
+                key.data.close()
+
+    def restart(self, seconds):
+        self.end_program()
+        self.drop_connections()
+        for listener in self.listeners[1:]:  # the first is that of tests
+            self.selector.unregister(listener)
+            listener.close()
+        del self.listeners[1:]
+        self.robot_mode, self.safety_mode = POWER_OFF, NORMAL
+        self.slider, self.slowdown, self.remote, self.cut = 1.0, 1.0, True, False
+        self.due.clear()
+        self.after(seconds, self.serve_robot)
 
     # --- time
 
@@ -535,6 +558,10 @@ class DashboardClient(Connection):
             return "could not understand: 'is in remote control'"
         return "true" if self.owner.remote else "false"
 
+    def do_get_robot_model(self):
+        """A controller of the e-Series answers without the letter e."""
+        return self.owner.options.robot or "could not understand: 'get robot model'"
+
     def do_robotmode(self):
         return "Robotmode: " + ROBOT_MODES[self.owner.robot_mode]
 
@@ -705,11 +732,14 @@ class Orders:
         c.delayed_until = c.cycles + round(float(seconds) / c.period)
 
     @staticmethod
+    def restart(c, seconds=2.0):
+        """Connections close, nothing listens for this time, then the robot is off."""
+        c.restart(float(seconds))
+
+    @staticmethod
     def drop_connections(c, name=""):
         """Of that name, such as dashboard, or all but those of tests."""
-        for key in list(c.selector.get_map().values()):
-            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient) and name in ("", key.data.name):
-                key.data.close()
+        c.drop_connections(name)
 
     @staticmethod
     def dashboard(c, answers):
@@ -723,6 +753,7 @@ def main():
     parser.add_argument("--start", type=lambda text: [float(q) for q in text.split(",")], default=[0.0, -1.57, 1.57, -1.57, -1.57, 0.0],
                         help="joint positions [rad], between commas")
     parser.add_argument("--model", choices=PERIODS, default="e")
+    parser.add_argument("--robot", default="UR5", help="answer of the dashboard to `get robot model`; empty: it does not know the command")
     parser.add_argument("--off", action="store_true", help="begins without power")
     parser.add_argument("--unlock-after", type=float, default=5.0, help="earliest time after a protective stop [s]")
     options = parser.parse_args()

@@ -192,12 +192,14 @@ struct DeviceSetup {
   std::vector<std::string> outside_names = {};  ///< of the same joints, in the robot description
   std::vector<bool> fingers = {};               ///< which of them belong to the gripper
   DriveForces forces = {};
+  std::vector<std::string> robot_names = {};  ///< that the robot description and its xacro arguments give the robot
 };
 
 /// A port of this machine on which a device listens.
 struct ListeningPort {
-  int number = 0;   ///< of TCP or UDP, 1 to 65535
-  std::string key;  ///< of `device:` that sets it
+  int number = 0;    ///< 1 to 65535
+  std::string key;   ///< of `device:` that sets it
+  bool udp = false;  ///< of UDP, else of TCP
 };
 
 /// Something that moves one arm only, such as a controller on the network.
