@@ -1,6 +1,7 @@
 #include "services/arm_driver/device_choice.hpp"
 
 #include <filesystem>
+#include <optional>
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -417,6 +417,59 @@ TEST(UniversalRobots, NamesAWrongAddress) {
             "right?");
 }
 
+TEST(UniversalRobots, KnowsTheModelThatADescriptionNames) {
+  using device::universal_robots::mentioned_type;
+  EXPECT_EQ(mentioned_type({"ur5e"}), "ur5e");
+  EXPECT_EQ(mentioned_type({"My_UR10e-cell"}), "ur10e");
+  EXPECT_EQ(mentioned_type({"dual_ur5e", "ur5e"}), "ur5e");
+  EXPECT_EQ(mentioned_type({"ur", "robot"}), std::nullopt);
+  EXPECT_EQ(mentioned_type({"ur5eleven"}), std::nullopt) << "a word of its own";
+  EXPECT_EQ(mentioned_type({"ur5e_and_ur10e"}), std::nullopt) << "which one?";
+}
+
+TEST(UniversalRobots, ComparesModelsOfEachSeries) {
+  using device::universal_robots::FoundRobot;
+  const auto fits = [](const char* model, std::uint32_t version, const char* expected) {
+    return FoundRobot{model, version}.may_be(expected);
+  };
+  EXPECT_TRUE(fits("UR5", 5, "ur5e"));
+  EXPECT_TRUE(fits("UR5e", 5, "ur5e"));
+  EXPECT_TRUE(fits("UR5", 5, "ur7e")) << "derived from it";
+  EXPECT_TRUE(fits("UR10", 5, "ur12e"));
+  EXPECT_TRUE(fits("UR5", 3, "ur5"));
+  EXPECT_TRUE(fits("UR16", 5, "ur16e"));
+  EXPECT_TRUE(fits("UR20", 5, "ur20"));
+  EXPECT_TRUE(fits("UR30", 10, "ur30"));
+  EXPECT_TRUE(fits("", 5, "ur10e")) << "it does not say";
+  EXPECT_TRUE(fits("UR99", 5, "robot")) << "nothing is expected";
+  EXPECT_FALSE(fits("UR5", 5, "ur5"));
+  EXPECT_FALSE(fits("UR5", 3, "ur5e"));
+  EXPECT_FALSE(fits("UR10", 5, "ur5e"));
+  EXPECT_FALSE(fits("UR3", 5, "ur30"));
+  EXPECT_FALSE(fits("UR10", 3, "ur10e"));
+  EXPECT_FALSE(fits("", 3, "ur10e"));
+  EXPECT_EQ((FoundRobot{"UR5", 5}.name()), "UR5e");
+  EXPECT_EQ((FoundRobot{"UR10e", 5}.name()), "UR10e");
+  EXPECT_EQ((FoundRobot{"UR10", 3}.name()), "UR10");
+  EXPECT_EQ((FoundRobot{"UR20", 5}.name()), "UR20");
+  EXPECT_EQ((FoundRobot{"", 0}.name()), "");
+}
+
+TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
+  planner::RobotModel model;
+  model.links.resize(1);
+  model.links[0].joint = 0;
+  model.links[0].X_PJ = planner::Pose::Identity();
+  const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10", {{"model", "ur5e"}}), model); };
+  ASSERT_EQ(notes().size(), 2U);
+  EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
+  model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(notes().size(), 1U) << "a calibration turns the frames by a little";
+  EXPECT_EQ(universal_robots_notes(setup_for("192.168.0.10"), model).front(),
+            "arm north: its description does not name a model of Universal Robots, so that a wrong robot is not found; "
+            "the key model of its device names it");
+}
+
 TEST(UniversalRobots, SaysForEachSafetyModeWhatAPersonDoes) {
   using device::DeviceMode;
   const std::string resume = "'hecaton resume north'";
@@ -498,59 +551,6 @@ TEST(UniversalRobots, SaysForEachRobotModeWhatAPersonDoes) {
     EXPECT_EQ(condition.mode, mode == 7 ? device::DeviceMode::kReady : device::DeviceMode::kNotReady) << mode;
     EXPECT_EQ(condition.text, text) << mode;
   }
-}
-
-TEST(UniversalRobots, KnowsTheModelThatADescriptionNames) {
-  using device::universal_robots::mentioned_type;
-  EXPECT_EQ(mentioned_type({"ur5e"}), "ur5e");
-  EXPECT_EQ(mentioned_type({"My_UR10e-cell"}), "ur10e");
-  EXPECT_EQ(mentioned_type({"dual_ur5e", "ur5e"}), "ur5e");
-  EXPECT_EQ(mentioned_type({"ur", "robot"}), std::nullopt);
-  EXPECT_EQ(mentioned_type({"ur5eleven"}), std::nullopt) << "a word of its own";
-  EXPECT_EQ(mentioned_type({"ur5e_and_ur10e"}), std::nullopt) << "which one?";
-}
-
-TEST(UniversalRobots, ComparesModelsOfEachSeries) {
-  using device::universal_robots::FoundRobot;
-  const auto fits = [](const char* model, std::uint32_t version, const char* expected) {
-    return FoundRobot{model, version}.may_be(expected);
-  };
-  EXPECT_TRUE(fits("UR5", 5, "ur5e"));
-  EXPECT_TRUE(fits("UR5e", 5, "ur5e"));
-  EXPECT_TRUE(fits("UR5", 5, "ur7e")) << "derived from it";
-  EXPECT_TRUE(fits("UR10", 5, "ur12e"));
-  EXPECT_TRUE(fits("UR5", 3, "ur5"));
-  EXPECT_TRUE(fits("UR16", 5, "ur16e"));
-  EXPECT_TRUE(fits("UR20", 5, "ur20"));
-  EXPECT_TRUE(fits("UR30", 10, "ur30"));
-  EXPECT_TRUE(fits("", 5, "ur10e")) << "it does not say";
-  EXPECT_TRUE(fits("UR99", 5, "robot")) << "nothing is expected";
-  EXPECT_FALSE(fits("UR5", 5, "ur5"));
-  EXPECT_FALSE(fits("UR5", 3, "ur5e"));
-  EXPECT_FALSE(fits("UR10", 5, "ur5e"));
-  EXPECT_FALSE(fits("UR3", 5, "ur30"));
-  EXPECT_FALSE(fits("UR10", 3, "ur10e"));
-  EXPECT_FALSE(fits("", 3, "ur10e"));
-  EXPECT_EQ((FoundRobot{"UR5", 5}.name()), "UR5e");
-  EXPECT_EQ((FoundRobot{"UR10e", 5}.name()), "UR10e");
-  EXPECT_EQ((FoundRobot{"UR10", 3}.name()), "UR10");
-  EXPECT_EQ((FoundRobot{"UR20", 5}.name()), "UR20");
-  EXPECT_EQ((FoundRobot{"", 0}.name()), "");
-}
-
-TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
-  planner::RobotModel model;
-  model.links.resize(1);
-  model.links[0].joint = 0;
-  model.links[0].X_PJ = planner::Pose::Identity();
-  const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10", {{"model", "ur5e"}}), model); };
-  ASSERT_EQ(notes().size(), 2U);
-  EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
-  model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
-  EXPECT_EQ(notes().size(), 1U) << "a calibration turns the frames by a little";
-  EXPECT_EQ(universal_robots_notes(setup_for("192.168.0.10"), model).front(),
-            "arm north: its description does not name a model of Universal Robots, so that a wrong robot is not found; "
-            "the key model of its device names it");
 }
 
 TEST(UniversalRobots, RefusesWrongKeys) {
