@@ -53,7 +53,7 @@ ALLOWED = {
     # the devices that use DDS
     "services/arm_driver/devices/program": ["services/arm_driver/devices", "services/bus", "idl"],
     "services/arm_driver/devices/ros2_control": ["services/arm_driver/devices", "services/bus", "services/ros2_messages",
-                                                 "planner/model", "planner/trajectory"],
+                                                 "services/runtime", "planner/model", "planner/trajectory"],
     "services/runtime": ["idl", "services/bus", "services/config", "services/security", "planner/model"],
     "services/command_line": ["services/config", "services/runtime", "world/model"],
     "services/strategies": ["services/command_line", "services/config", "planner", "planner/model", "planner/strategy_search"],

@@ -1,7 +1,7 @@
-/// Simulates an arm in ros2_control on the network: joint_state_broadcaster, and a forward position controller or a
-/// joint trajectory controller, whose trajectories come by topic or by action; also the controller of a gripper. It
-/// uses Cyclone DDS (for actions: action_server.hpp), and shares no code with the driver. Its sources are the
-/// definitions of the messages and the documentation of the controllers.
+/// Simulates an arm in ros2_control on the network: joint_state_broadcaster, and a forward controller of positions or
+/// velocities, or a joint trajectory controller, whose trajectories come by topic or by action; also the controller of
+/// a gripper. It uses Cyclone DDS (for actions: action_server.hpp), and shares no code with the driver. Its sources are
+/// the definitions of the messages and the documentation of the controllers.
 ///
 /// usage: ros2_controller --joints NAME,… [OPTION…]. The options are those of the struct Options.
 ///
@@ -113,6 +113,7 @@ Options read(const Names& words) {
       options.controller = value();
     } else if (word == "--kind") {
       options.action = value() == "action";
+      options.by_velocity = words[i] == "velocity";
       options.trajectory = options.action || words[i] == "trajectory";
     } else if (word == "--gripper") {
       options.gripper = value();
@@ -130,6 +131,8 @@ Options read(const Names& words) {
       options.lag = std::stod(value());
     } else if (word == "--from-desired") {
       options.from_desired = true;
+    } else if (word == "--keeps-velocity") {
+      options.keeps_velocity = true;
     } else if (word == "--no-velocity") {
       options.velocity = false;
     } else if (word == "--scaling-topic") {
@@ -144,7 +147,9 @@ Options read(const Names& words) {
   }
   if (options.joints.empty()) throw std::runtime_error("--joints NAME,… is needed");
   if (options.controller.empty()) {
-    options.controller = options.trajectory ? "joint_trajectory_controller" : "forward_position_controller";
+    options.controller = options.trajectory    ? "joint_trajectory_controller"
+                         : options.by_velocity ? "forward_velocity_controller"
+                                               : "forward_position_controller";
   }
   return options;
 }
@@ -162,7 +167,8 @@ int main(int argc, char** argv) {
     const auto period = std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(1.0 / options.rate));
     for (auto due = Steady::now();;) {
       robot.cycle();
-      due = std::max(due + period, Steady::now() - 10 * period);
+      // An arm that a velocity moves goes on also while this machine stalls.
+      due = options.by_velocity ? due + period : std::max(due + period, Steady::now() - 10 * period);
       orders.serve(robot, due);
     }
   } catch (const std::exception& error) {

@@ -35,7 +35,9 @@ struct Options {
   std::string controller;              // --controller NAME
   std::string address = "127.0.0.13";  // --address A: for orders
   std::string scaling_topic;           // --scaling-topic NAME: publishes the speed scaling in percent
-  bool trajectory = true;              // --kind position|trajectory|action
+  bool trajectory = true;              // --kind position|velocity|trajectory|action
+  bool by_velocity = false;            // --kind velocity: of a forward command controller
+  bool keeps_velocity = false;         // --keeps-velocity: also when it is deactivated
   bool action = false;                 // --kind action: trajectories come as goals of FollowJointTrajectory alone
   std::string gripper;                 // --gripper action|position: a controller named gripper_controller
   std::string finger = "finger";       // --finger NAME: its joint, open at 0.05 m
@@ -55,7 +57,7 @@ class Robot {
     q_ = options_.start;
     q_.resize(options_.joints.size(), 0.0);
     qd_.assign(q_.size(), 0.0);
-    command_.assign(q_.size(), kNone);
+    command_.assign(q_.size(), 0.0);
     start();
   }
 
@@ -89,15 +91,13 @@ class Robot {
       off_until_ = Steady::now() + std::chrono::duration_cast<Steady::duration>(
                                        std::chrono::duration<double>(value.empty() ? 1.0 : std::stod(value)));
     } else if (name == "deactivate") {  // ros2 control set_controller_state … inactive
-      active_ = false;
-      drop_command();
+      deactivate();
       end_goal(TrajectoryServer::kCanceled, kInvalidGoal, "Current goal cancelled during deactivate transition.");
     } else if (name == "activate") {
       active_ = true;
-      drop_command();
-    } else if (name == "unload") {  // the controller ends, its manager goes on
-      active_ = false;
-      drop_command();
+      if (!options_.by_velocity) drop_command();  // a velocity stays until the first message
+    } else if (name == "unload") {                // the controller ends, its manager goes on
+      deactivate();
       if (commands_ != 0) dds_delete(commands_);
       commands_ = 0;
       action_.reset();
@@ -152,6 +152,12 @@ class Robot {
     active_ = true;
     drop_command();
   }
+  // forward_command_controller leaves a velocity as it is. That of velocity_controllers, and many drivers of hardware,
+  // set it to zero.
+  void deactivate() {
+    active_ = false;
+    if (!options_.keeps_velocity) drop_command();
+  }
   void stop() {
     active_ = false;
     drop_command();
@@ -164,7 +170,7 @@ class Robot {
   void drop_command() {
     trajectory_.reset();
     desired_.reset();
-    command_ = q_;
+    command_ = options_.by_velocity ? Values(q_.size()) : q_;
   }
 
   void read_commands() {
@@ -186,8 +192,18 @@ class Robot {
   void take(const std_msgs_msg_dds__Float64MultiArray_& message) {
     if (!active_) return refuse("the controller is inactive");
     if (message.data._length != q_.size()) return refuse("wrong number of commands");
-    note(copy(message.data));
-    command_ = copy(message.data);
+    const Values command = copy(message.data);
+    if (!std::all_of(command.begin(), command.end(), [](double value) { return std::isfinite(value); })) {
+      return refuse("a command is not finite");
+    }
+    if (options_.by_velocity) {
+      Values next = q_;  // after a period
+      for (std::size_t j = 0; j < next.size(); ++j) next[j] += command[j] / options_.rate;
+      note(next);
+    } else {
+      note(command);
+    }
+    command_ = command;
   }
   void take(const trajectory_msgs_msg_dds__JointTrajectory_& message) { (void)begin(received(message)); }
   bool begin(const Received& message) {
@@ -268,10 +284,16 @@ class Robot {
   }
 
   void move(double dt) {
+    const double share = 1.0 - std::exp(-dt / options_.lag);
     for (std::size_t j = 0; j < q_.size(); ++j) {
-      const double step = (command_[j] - q_[j]) * (1.0 - std::exp(-dt / options_.lag));
-      qd_[j] = step / dt;
-      q_[j] += step;
+      if (options_.by_velocity) {
+        qd_[j] += (command_[j] * scaling_ - qd_[j]) * share;
+        q_[j] += (qd_[j] + drift_) * dt;
+      } else {
+        const double step = (command_[j] - q_[j]) * share;
+        qd_[j] = step / dt;
+        q_[j] += step;
+      }
       fastest_ = std::max(fastest_, std::abs(qd_[j]));
     }
   }
@@ -398,6 +420,7 @@ class Robot {
             {"largest", largest_},
             {"fastest", fastest_},
             {"commands", counted_},
+            {"command", command_},
             {"refused", refused_},
             {"refusal", refusal_},
             {"cancels", action_ ? action_->cancels : 0},
@@ -423,7 +446,7 @@ class Robot {
   Values q_, qd_, command_;
   std::optional<Trajectory> trajectory_;
   std::optional<Point> desired_;
-  double on_controller_ = 1.0, scaling_ = 1.0;
+  double on_controller_ = 1.0, scaling_ = 1.0, drift_ = 0.0;
   std::uint64_t cycles_ = 0;
   // What has been commanded since the order to forget.
   Values last_;

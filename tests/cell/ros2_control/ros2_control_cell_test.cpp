@@ -25,7 +25,10 @@ class Ros2ControlCell : public RobotCell, public testing::WithParamInterface<std
         "timing: {command_timeout: 2s, driver_period: 4ms}\n"
         "defaults:\n"
         "  robot: irb120\n"
-        "  limits: {velocity: 1.5, acceleration: 6}\n"
+        "  limits: {velocity: " +
+        // Without a driver it goes on until the next one has started.
+        std::string(GetParam() == "velocity" ? "0.3" : "1.5") +
+        ", acceleration: 6}\n"
         "arms:\n"
         "  - name: north\n"
         "    base: {xyz: [0, 0.7, 0]}\n"
@@ -58,7 +61,7 @@ class Ros2ControlCell : public RobotCell, public testing::WithParamInterface<std
   FreeDomain ros_domain_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlCell, testing::Values("position", "trajectory", "action"),
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlCell, testing::Values("position", "velocity", "trajectory", "action"),
                          [](const auto& test) { return test.param; });
 
 TEST_P(Ros2ControlCell, ReachesGoalsAndStopsUntilAPersonResumes) {
@@ -146,13 +149,17 @@ TEST_P(Ros2GripperCell, HoldsNothingWhenTheFingersMeetNothing) {
   EXPECT_NE(inactive.err.find("/gripper_controller"), std::string::npos) << inactive.err;
 }
 
-TEST(Ros2ControlDeviceTest, PassesAnArmWithAnActionAlone) {
+class Ros2ControlDeviceTest : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Interfaces, Ros2ControlDeviceTest, testing::Values("action", "velocity"),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(Ros2ControlDeviceTest, Passes) {
   const TemporaryFolder folder;
   const FreeDomain ros_domain;
   const std::string domain = std::to_string(ros_domain.number());
   RobotSimulator robot(
-      {"--domain", domain, "--kind", "action", "--joints", "joint_1,joint_2,joint_3,joint_4,joint_5,joint_6", "--start",
-       "0,0,0,0,1.5708,0", "--from-desired"},
+      {"--domain", domain, "--kind", GetParam(), "--joints", "joint_1,joint_2,joint_3,joint_4,joint_5,joint_6",
+       "--start", "0,0,0,0,1.5708,0", "--from-desired"},
       "ros2_controller");
   const std::string path = (folder.path() / "cell.yaml").string();
   std::ofstream(path) << "name: device_test\n"
@@ -161,8 +168,8 @@ TEST(Ros2ControlDeviceTest, PassesAnArmWithAnActionAlone) {
                          "  - name: north\n"
                          "    robot: irb120\n"
                          "    limits: {velocity: 1.5, acceleration: 6}\n"
-                         "    device: {type: ros2_control, interface: action, domain: " +
-                             domain + "}\n";
+                         "    device: {type: ros2_control, interface: " +
+                             GetParam() + ", domain: " + domain + "}\n";
   // A busy machine may stop the simulated controller: repeated, as a person would.
   Ran ran;
   for (int tries = 0; tries < 3; ++tries) {

@@ -25,9 +25,9 @@ ros2::JointTrajectoryPoint point(const JointState& state, double at) {
 
 }  // namespace
 
-ros2::Float64MultiArray positions(const JointVector& q) {
+ros2::Float64MultiArray values_of(const JointVector& joints) {
   ros2::Float64MultiArray message;
-  message.data = values(q);
+  message.data = values(joints);
   return message;
 }
 

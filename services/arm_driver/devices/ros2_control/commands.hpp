@@ -9,8 +9,8 @@
 
 namespace hecaton::device::ros2_control {
 
-/// For a forward command controller of positions [rad | m].
-[[nodiscard]] ros2::Float64MultiArray positions(const JointVector& q);
+/// For a forward command controller: a value for each joint [rad | m], [rad/s | m/s].
+[[nodiscard]] ros2::Float64MultiArray values_of(const JointVector& joints);
 
 /// For a joint trajectory controller: reach the set-point after `lookahead` [s], then stop on the stop profile of the
 /// driver. It starts when it arrives. Its last point is at rest.

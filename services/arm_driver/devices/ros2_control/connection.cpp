@@ -65,7 +65,7 @@ Connection::Connection(const Options& options, Clock::duration silence_limit)
   if (options.interface == Interface::kTrajectory) {
     controller_state_.emplace(participant_, controller_state_topic(options), mailbox_);
   }
-  if (options.interface != Interface::kPosition) {
+  if (has_trajectories(options.interface)) {
     scaling_input_.emplace(participant_, scaling_input_topic(options), mailbox_);
   }
   if (options.speed_scaling) {

@@ -51,14 +51,15 @@ std::string name_of(const OptionReader& reader, std::string_view key, const std:
 Interface read_interface(const OptionReader& reader) {
   const std::string text = reader.text("interface").value_or("trajectory");
   if (text == "position") return Interface::kPosition;
+  if (text == "velocity") return Interface::kVelocity;
   if (text == "action") return Interface::kAction;
-  if (text == "velocity") {
-    reader.fail(
-        "interface", text,
-        "position, trajectory or action: when commands cease, a velocity controller goes on at its last velocity");
-  }
-  if (text != "trajectory") reader.fail("interface", text, "position, trajectory or action");
+  if (text != "trajectory") reader.fail("interface", text, "position, velocity, trajectory or action");
   return Interface::kTrajectory;
+}
+
+std::string usual_controller(Interface interface) {
+  if (interface == Interface::kPosition) return "forward_position_controller";
+  return interface == Interface::kVelocity ? "forward_velocity_controller" : "joint_trajectory_controller";
 }
 
 /// Names between commas or spaces.
@@ -156,19 +157,17 @@ Options read_options(const DeviceSetup& setup) {
   options.interface = read_interface(reader);
   const std::string ns = reader.text("namespace").value_or("");
   if (!ns.empty() && !is_name(ns, true)) reader.fail("namespace", ns, "a namespace of ROS 2, such as /left");
-  const bool trajectory = options.interface != Interface::kPosition;
-  const std::string usual = trajectory ? "joint_trajectory_controller" : "forward_position_controller";
-  options.controller = name_of(reader, "controller", usual, ns);
+  options.controller = name_of(reader, "controller", usual_controller(options.interface), ns);
   options.joint_states = name_of(reader, "joint_states", "joint_states", ns);
   if (reader.text("speed_scaling")) {
     options.speed_scaling = name_of(reader, "speed_scaling", "speed_scaling_state_broadcaster/speed_scaling", ns);
   }
   options.joints = read_joints(setup, reader);
-  if (trajectory) {
+  if (has_trajectories(options.interface)) {
     options.lookahead = reader.number(
         "lookahead", options.interface == Interface::kAction ? kActionLookahead : kUsualLookahead, 0.02, 0.5, "s");
   } else if (const auto lookahead = reader.text("lookahead")) {
-    reader.fail("lookahead", *lookahead, "absent beside interface: position");
+    reader.fail("lookahead", *lookahead, "absent beside interface: " + *reader.text("interface"));
   }
   options.tracking_delay = reader.number("tracking_delay", options.lookahead + kUsualServo, 0.0, 1.0, "s");
   options.gripper = read_gripper(setup, reader, options.domain, ns);

@@ -30,9 +30,15 @@ inline const std::vector<std::string_view> kKeys{"domain",
 /// The kind of controller that gets the set-points.
 enum class Interface {
   kPosition,    ///< a forward command controller for positions: each set-point as it is
+  kVelocity,    ///< a forward command controller for velocities: the one of the set-point, and a correction
   kTrajectory,  ///< a joint trajectory controller: short trajectories that end at rest, on its topic
   kAction,      ///< the same trajectories as goals of the action FollowJointTrajectory
 };
+
+/// Else each message is one command.
+[[nodiscard]] constexpr bool has_trajectories(Interface interface) {
+  return interface == Interface::kTrajectory || interface == Interface::kAction;
+}
 
 struct GripperOptions {
   int domain = 0;                   ///< of DDS

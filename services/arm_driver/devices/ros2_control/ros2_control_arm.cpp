@@ -1,7 +1,10 @@
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <exception>
+#include <thread>
 #include <utility>
 
 #include "services/arm_driver/devices/duration_text.hpp"
@@ -11,6 +14,8 @@
 #include "services/arm_driver/devices/ros2_control/joint_states.hpp"
 #include "services/arm_driver/devices/ros2_control/motion_watch.hpp"
 #include "services/arm_driver/devices/ros2_control/results.hpp"
+#include "services/arm_driver/devices/ros2_control/velocity_commands.hpp"
+#include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::device {
 namespace ros2_control {
@@ -35,6 +40,11 @@ constexpr double kSlowest = 0.05;
 constexpr double kLongestDelay = 1.0;  // [s]
 /// Time constant with which the lag follows a change of the speed scaling [s].
 constexpr double kSettling = 0.3;
+/// After a stop of a velocity controller, velocities of zero are sent for this time, and until each joint is slower.
+constexpr std::chrono::milliseconds kZeros{500};
+constexpr double kAtRest = 0.02;  // [rad/s | m/s]
+/// The last messages of a process, in case that one is lost.
+constexpr int kLastZeros = 5;
 
 struct Condition {
   DeviceMode mode = DeviceMode::kReady;
@@ -52,7 +62,27 @@ class Ros2ControlArm final : public ArmDevice {
         options_(std::move(options)),
         outside_(setup.outside),
         fingers_(setup.fingers),
-        states_(options_.joints, setup.command_timeout) {}
+        states_(options_.joints, setup.command_timeout),
+        velocities_(limits_, options_.tracking_delay),
+        may_move_(options_.interface == Interface::kVelocity ? setup.checkpoint : "", 0,
+                  "whether a velocity controller may move the arm") {
+    // A driver before this one may have left its last velocity behind.
+    if (may_move_.recall().value_or(false)) stops_since_ = Clock::now();
+  }
+
+  // Nothing else would stop the arm.
+  ~Ros2ControlArm() override {
+    if (!stops_since_ || !connection_) return;
+    int zeros = 0;
+    while (zeros < kLastZeros) {
+      send_braking(Clock::now());
+      if (velocities_.last().isZero()) ++zeros;
+      std::this_thread::sleep_for(period_);
+    }
+    may_move_.remember(false);
+  }
+  Ros2ControlArm(const Ros2ControlArm&) = delete;
+  Ros2ControlArm& operator=(const Ros2ControlArm&) = delete;
 
   DeviceResult configure() override {
     now_ = opened_at_ = Clock::now();
@@ -76,6 +106,11 @@ class Ros2ControlArm final : public ArmDevice {
     set_point_ = states_.measured().q;
     set_point_at_ = now_;
     sent_.reset();
+    if (options_.interface == Interface::kVelocity) {
+      velocities_.begin(set_point_, now_);
+      stops_since_.reset();
+      may_move_.remember(true);
+    }
     // A server that refuses its first goal is found before the arm counts as ready.
     if (connection_->action() == nullptr) return {};
     begun_ = false;
@@ -95,6 +130,11 @@ class Ros2ControlArm final : public ArmDevice {
     if (connection_->action() != nullptr) watch_goals();
     const double speed = connection_->speed_scaling(now).value_or(1.0);
     settled_speed_ += (speed - settled_speed_) * std::clamp(dt / kSettling, 0.0, 1.0);
+    if (follows_ && options_.interface == Interface::kVelocity && now - set_point_at_ > valid_for_) {
+      send_braking(now);
+    } else if (stops_since_) {
+      stop_moving(now);
+    }
     if (auto why = conflict()) return {{}, {}, 1.0, DeviceMode::kFailed, std::move(*why)};
     JointState measured = states_.measured();
     if (measured.q.size() == 0) {
@@ -110,22 +150,26 @@ class Ros2ControlArm final : public ArmDevice {
     return {std::move(measured), age, speed, condition.mode, std::move(condition.text)};
   }
 
-  DeviceResult write(const JointState& set_point, std::chrono::nanoseconds /*valid_for*/) override {
+  DeviceResult write(const JointState& set_point, std::chrono::nanoseconds valid_for) override {
     if (!follows_) return {};
     if (auto why = jump(limits_.velocity, set_point_, set_point.q, now_ - set_point_at_ + period_)) {
       return DeviceFailure{std::move(*why)};
     }
     set_point_ = set_point.q;
     set_point_at_ = now_;
+    valid_for_ = valid_for;
     if (options_.interface == Interface::kPosition) {
-      (void)connection_->send(positions(set_point.q));  // the next one follows in a period
+      (void)connection_->send(values_of(set_point.q));  // the next one follows in a period
+    } else if (options_.interface == Interface::kVelocity) {
+      send_velocity(set_point);
     } else {
       send_trajectory(set_point);
     }
     return {};
   }
 
-  // The last trajectory ends at rest, and a forward controller stays at the last position. A goal is cancelled.
+  // The last trajectory ends at rest, and a forward controller stays at the last position. A goal is cancelled. A
+  // velocity controller gets velocities of the stop profile, and then of zero, while read() is called.
   void stop(std::string_view /*reason*/) override { end_following(); }
   void deactivate() override { end_following(); }
 
@@ -154,7 +198,11 @@ class Ros2ControlArm final : public ArmDevice {
   }
 
   [[nodiscard]] double tracking_delay() const override {
-    return std::min(kLongestDelay, options_.tracking_delay / std::max(kSlowest, settled_speed_));
+    const double speed = std::max(kSlowest, settled_speed_);
+    const double delay = options_.interface == Interface::kVelocity
+                             ? VelocityCommands::delay(options_.tracking_delay, speed)
+                             : options_.tracking_delay / speed;
+    return std::min(kLongestDelay, delay);
   }
 
  private:
@@ -164,10 +212,34 @@ class Ros2ControlArm final : public ArmDevice {
   };
 
   void end_following() {
+    if (follows_ && options_.interface == Interface::kVelocity) stops_since_ = now_;
     follows_ = false;
     watch_.forget();
     ended_.reset();
     if (connection_ && connection_->action() != nullptr) connection_->action()->cancel();
+  }
+
+  void send_velocity(const JointState& set_point) {
+    const JointState measured = states_.measured();
+    if (measured.q.size() == 0) return send_braking(now_);
+    const double speed = std::min(connection_->speed_scaling(now_).value_or(1.0), settled_speed_);
+    const MeasuredPosition position{measured.q, states_.received()};
+    (void)connection_->send(values_of(velocities_.follow(set_point, now_ + period_, position, speed, now_)));
+  }
+  void send_braking(Clock::time_point now) {
+    if (velocities_.last().size() == 0) velocities_.begin(JointVector::Zero(limits_.lower.size()), now);
+    (void)connection_->send(values_of(velocities_.brake(now)));
+  }
+  // Another node may use the controller as soon as the arm stands.
+  void stop_moving(Clock::time_point now) {
+    if (!connection_->has_controller()) stops_since_ = now;
+    send_braking(now);
+    const JointState measured = states_.measured();
+    const bool fresh = measured.q.size() > 0 && now - states_.received() < silence_limit_;
+    const bool stands = fresh && (measured.qd.array().abs() < kAtRest).all() && velocities_.last().isZero();
+    if (!stands || now - *stops_since_ < kZeros) return;
+    stops_since_.reset();
+    may_move_.remember(false);
   }
 
   // Why the goals cannot go on. A server ends each goal that the next one replaces, with its own codes.
@@ -271,6 +343,7 @@ class Ros2ControlArm final : public ArmDevice {
     if (follows_ && connection_->action() != nullptr && !begun_) {
       return {DeviceMode::kStarting, "waits for the answer of " + controller()};
     }
+    if (follows_ && velocities_.lost()) return {DeviceMode::kProgramStopped, lost(*velocities_.lost())};
     if (const auto joint = watch_.idle_joint()) {
       return {DeviceMode::kProgramStopped,
               "joint " + options_.joints[static_cast<std::size_t>(*joint)] +
@@ -278,6 +351,15 @@ class Ros2ControlArm final : public ArmDevice {
                   ", then call " + resume()};
     }
     return {};
+  }
+
+  [[nodiscard]] std::string lost(const LostJoint& lost) const {
+    char distance[96];
+    std::snprintf(distance, sizeof distance, "%.3f from where its set-points lead (limit %.3f)", lost.distance,
+                  lost.limit);
+    return "joint " + options_.joints[static_cast<std::size_t>(lost.joint)] + " is " + distance +
+           ": look at the robot, activate " + controller() +
+           ", compare the order of its joints with that of the cell file, then call " + resume();
   }
 
   [[nodiscard]] Condition missing(const std::string& what) const {
@@ -298,8 +380,12 @@ class Ros2ControlArm final : public ArmDevice {
   JointStates states_;
   std::optional<Connection> connection_;  ///< from the first configure() on
   MotionWatch watch_;
-  bool follows_ = false;              ///< active
-  bool was_heard_ = false;            ///< since the object began
+  VelocityCommands velocities_;                        ///< of a velocity controller
+  services::MappedRecord<bool> may_move_;              ///< its last velocity may not have been zero
+  std::optional<Clock::time_point> stops_since_ = {};  ///< it gets zeros, because the device does not follow
+  std::chrono::nanoseconds valid_for_{0};              ///< of the last set-point
+  bool follows_ = false;                               ///< active
+  bool was_heard_ = false;                             ///< since the object began
   bool begun_ = false;                ///< the server has accepted a goal since the driver activated the device
   std::optional<std::string> ended_;  ///< why the goals of an action cannot go on, while the device follows
   JointVector set_point_;             ///< the last one, or measured when the driver activated the device
@@ -327,14 +413,16 @@ std::vector<Claim> ros2_control_claims(const DeviceSetup& setup) {
 
 std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {
   const ros2_control::Options options = ros2_control::read_options(setup);
-  const bool position = options.interface == ros2_control::Interface::kPosition;
-  const bool action = options.interface == ros2_control::Interface::kAction;
+  using ros2_control::Interface;
+  const bool position = options.interface == Interface::kPosition;
+  const bool velocity = options.interface == Interface::kVelocity;
+  const bool action = options.interface == Interface::kAction;
   std::string joints;
   for (const std::string& joint : options.joints) joints += (joints.empty() ? "" : ", ") + joint;
   std::vector<std::string> notes{"arm " + setup.arm + ": its driver sends to " + options.controller +
-                                 (action     ? "/follow_joint_trajectory"
-                                  : position ? "/commands"
-                                             : "/joint_trajectory") +
+                                 (action                 ? "/follow_joint_trajectory"
+                                  : position || velocity ? "/commands"
+                                                         : "/joint_trajectory") +
                                  " and reads " + options.joint_states + " in domain " + std::to_string(options.domain) +
                                  " of ROS 2; its joints there are " + joints};
   notes.push_back("arm " + setup.arm +
@@ -350,6 +438,11 @@ std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const plan
     notes.push_back("arm " + setup.arm +
                     ": when its driver dies, the controller goes to the last set-point at once and stays there; "
                     "interface: trajectory brakes instead");
+  }
+  if (velocity) {
+    notes.push_back("arm " + setup.arm +
+                    ": when its driver dies, or a cable is cut, the arm goes on at its last velocity, until a driver "
+                    "that was restarted stops it, or the hardware does; interface: trajectory brakes instead");
   }
   return notes;
 }

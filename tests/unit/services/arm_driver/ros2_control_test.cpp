@@ -5,12 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/model/robot_model.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 #include "services/arm_driver/devices/ros2_control/commands.hpp"
 #include "services/arm_driver/devices/ros2_control/joint_states.hpp"
 #include "services/arm_driver/devices/ros2_control/motion_watch.hpp"
 #include "services/arm_driver/devices/ros2_control/options.hpp"
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+#include "services/arm_driver/devices/ros2_control/velocity_commands.hpp"
 #include "services/ros2_messages/cdr.hpp"
 #include "services/ros2_messages/time.hpp"
 
@@ -81,12 +83,7 @@ TEST(Ros2ControlOptions, RefusesWrongKeys) {
   EXPECT_EQ(ros2_control_refusal({{"domain", "200"}}), where + "domain = 200 must be 0 to 199");
   EXPECT_EQ(ros2_control_refusal({{"domain", "1.5"}}), where + "domain = 1.5 must be a whole number");
   EXPECT_EQ(ros2_control_refusal({{"interface", "effort"}}),
-            where + "interface = effort must be position, trajectory or action");
-  EXPECT_EQ(ros2_control_refusal({{"interface", "velocity"}}),
-            where +
-                "interface = velocity must be position, trajectory or action: when commands cease, a velocity "
-                "controller goes "
-                "on at its last velocity");
+            where + "interface = effort must be position, velocity, trajectory or action");
   EXPECT_EQ(ros2_control_refusal({{"namespace", "left"}}),
             where + "namespace = left must be a namespace of ROS 2, such as /left");
   EXPECT_EQ(ros2_control_refusal({{"controller", "my controller"}}),
@@ -105,6 +102,8 @@ TEST(Ros2ControlOptions, RefusesWrongKeys) {
   EXPECT_EQ(ros2_control_refusal({{"lookahead", "2s"}}), where + "lookahead = 2s must be 0.02s to 0.5s");
   EXPECT_EQ(ros2_control_refusal({{"lookahead", "0.1s"}, {"interface", "position"}}),
             where + "lookahead = 0.1s must be absent beside interface: position");
+  EXPECT_EQ(ros2_control_refusal({{"lookahead", "0.1s"}, {"interface", "velocity"}}),
+            where + "lookahead = 0.1s must be absent beside interface: velocity");
   EXPECT_EQ(ros2_control_refusal({{"tracking_delay", "-1s"}}), where + "tracking_delay = -1s must be 0s to 1s");
   EXPECT_EQ(ros2_control_refusal({{"address", "localhost"}}),
             where + "address = localhost must be an IPv4 address, such as 192.168.0.10");
@@ -116,6 +115,23 @@ TEST(Ros2ControlOptions, SendsFewerGoalsOfAnAction) {
   EXPECT_EQ(options.controller, "/joint_trajectory_controller");
   EXPECT_DOUBLE_EQ(options.lookahead, 0.2);
   EXPECT_DOUBLE_EQ(options.tracking_delay, 0.25);
+}
+
+TEST(Ros2ControlOptions, HasNoLookaheadWithVelocities) {
+  const rc::Options options = rc::read_options(ros2_control_setup({{"interface", "velocity"}}));
+  EXPECT_EQ(options.interface, rc::Interface::kVelocity);
+  EXPECT_EQ(options.controller, "/forward_velocity_controller");
+  EXPECT_DOUBLE_EQ(options.tracking_delay, 0.05);
+}
+
+TEST(Ros2ControlOptions, SaysThatAVelocityControllerGoesOnWithoutADriver) {
+  const auto notes = ros2_control_notes(ros2_control_setup({{"interface", "velocity"}}), planner::RobotModel());
+  EXPECT_EQ(notes.front(),
+            "arm south: its driver sends to /forward_velocity_controller/commands and reads /joint_states in domain 0 "
+            "of ROS 2; its joints there are base, elbow, wrist");
+  EXPECT_EQ(notes.back(),
+            "arm south: when its driver dies, or a cable is cut, the arm goes on at its last velocity, until a driver "
+            "that was restarted stops it, or the hardware does; interface: trajectory brakes instead");
 }
 
 TEST(Ros2ControlOptions, NeedsTheControllerOfAGripper) {
@@ -310,7 +326,130 @@ TEST(Ros2ControlCommands, SendsASetPointAtRestAsOnePoint) {
   const ros2::JointTrajectory message = rc::stopping_trajectory({"a", "b", "c"}, rest, 0.1, limits);
   ASSERT_EQ(message.points.size(), 1U);
   EXPECT_EQ(message.points[0].velocities, (std::vector<double>{0, 0, 0}));
-  EXPECT_EQ(rc::positions(rest.q).data, (std::vector<double>{0.1, 0.2, 0.3}));
+  EXPECT_EQ(rc::values_of(rest.q).data, (std::vector<double>{0.1, 0.2, 0.3}));
+}
+
+// --- velocities
+
+/// A joint with limits of ±3 rad, 1 rad/s and 4 rad/s² in periods of 4 ms, whose servo of velocities has a lag.
+class Ros2ControlVelocities : public testing::Test {
+ protected:
+  Ros2ControlVelocities() { velocities_.begin(q_, at_); }
+
+  /// A period: the set-point goes on at `speed` [rad/s].
+  void follow(double speed) {
+    at_ += 4ms;
+    set_point_ += speed * 4e-3;
+    const device::JointState set_point{device::JointVector::Constant(1, set_point_),
+                                       device::JointVector::Constant(1, speed)};
+    const double before = velocities_.last()[0];
+    const double velocity = velocities_.follow(set_point, at_ + 4ms, {q_, at_}, scaling_, at_)[0];
+    largest_ = std::max(largest_, std::abs(velocity));
+    largest_change_ = std::max(largest_change_, std::abs(velocity - before));
+    move(velocity);
+  }
+  void follow(double speed, double seconds) {
+    for (double t = 0.0; t < seconds; t += 4e-3) follow(speed);
+  }
+  void move(double velocity) {
+    qd_ += (executed_ * scaling_ * velocity - qd_) * (1.0 - std::exp(-4e-3 / servo_));
+    q_[0] += qd_ * 4e-3;
+  }
+  static device::JointLimits limits() {
+    device::JointLimits limits;
+    limits.lower = device::JointVector::Constant(1, -3.0);
+    limits.upper = device::JointVector::Constant(1, 3.0);
+    limits.velocity = device::JointVector::Constant(1, 1.0);
+    limits.acceleration = device::JointVector::Constant(1, 4.0);
+    return limits;
+  }
+
+  rc::VelocityCommands velocities_{limits(), 0.05};
+  device::Clock::time_point at_ = device::Clock::time_point(100s);
+  device::JointVector q_ = device::JointVector::Zero(1);
+  double qd_ = 0.0, set_point_ = 0.0, scaling_ = 1.0;
+  double servo_ = 0.05;    ///< time constant [s]
+  double executed_ = 1.0;  ///< share of a velocity that the arm executes in spite of its controller
+  double largest_ = 0.0, largest_change_ = 0.0;
+};
+
+TEST_F(Ros2ControlVelocities, FollowWithTheLagOfTheArm) {
+  follow(0.8, 2.0);
+  EXPECT_NEAR(qd_, 0.8, 1e-3);
+  EXPECT_NEAR(set_point_ - q_[0], 0.8 * 0.05, 0.005);
+  EXPECT_LE(largest_change_, 2.0 * 4.0 * 4e-3 + 1e-12) << "twice the acceleration limit";
+  follow(0.0, 2.0);
+  EXPECT_NEAR(q_[0], set_point_, 1e-4);
+  EXPECT_NEAR(velocities_.last()[0], 0.0, 1e-3);
+  EXPECT_FALSE(velocities_.lost());
+}
+
+TEST_F(Ros2ControlVelocities, BringBackAnArmThatDrifts) {
+  q_[0] = 0.05;
+  follow(0.0, 1.5);
+  EXPECT_NEAR(q_[0], 0.0, 1e-3);
+  EXPECT_LE(largest_, 0.25 + 1e-12) << "a quarter of the limit";
+  EXPECT_FALSE(velocities_.lost());
+}
+
+TEST_F(Ros2ControlVelocities, MakeUpForHardwareThatSlowsTheArm) {
+  scaling_ = 0.5;
+  follow(0.4, 3.0);
+  EXPECT_NEAR(qd_, 0.4, 1e-3);
+  EXPECT_NEAR(set_point_ - q_[0], 0.4 * rc::VelocityCommands::delay(0.05, 0.5), 0.01);
+  EXPECT_FALSE(velocities_.lost());
+}
+
+TEST_F(Ros2ControlVelocities, NeverExceedTheVelocityLimit) {
+  q_[0] = -0.05;  // behind its set-points
+  follow(1.0, 0.5);
+  EXPECT_LE(largest_, 1.0);
+}
+
+TEST_F(Ros2ControlVelocities, StopBeforeThePositionLimit) {
+  q_[0] = set_point_ = 2.9;
+  velocities_.begin(q_, at_);
+  follow(1.0, 0.3);  // leads beyond the limit
+  EXPECT_LT(q_[0], 3.0 + 0.02) << "within the lag of the servo";
+}
+
+TEST_F(Ros2ControlVelocities, FindAnArmThatDoesNotFollow) {
+  executed_ = 0.0;
+  follow(0.5, 0.3);
+  EXPECT_FALSE(velocities_.lost()) << "it may be late";
+  follow(0.5, 0.7);
+  ASSERT_TRUE(velocities_.lost());
+  EXPECT_EQ(velocities_.lost()->joint, 0);
+  EXPECT_NEAR(velocities_.lost()->limit, 0.05, 1e-9);  // the correction of a quarter of 1 rad/s
+  EXPECT_GT(velocities_.lost()->distance, 0.05);
+  velocities_.begin(q_, at_);
+  EXPECT_FALSE(velocities_.lost());
+}
+
+TEST_F(Ros2ControlVelocities, FindAnArmThatMovesTheOtherWay) {
+  executed_ = -1.0;
+  for (double t = 0.0; t < 2.0 && !velocities_.lost(); t += 4e-3) follow(0.5);
+  EXPECT_TRUE(velocities_.lost());
+  EXPECT_LT(std::abs(q_[0]), 0.3);
+}
+
+TEST_F(Ros2ControlVelocities, BringBackAnArmThatWentOnWhileTheDriverStalled) {
+  q_[0] = 0.3;
+  follow(0.0, 4.0);
+  EXPECT_FALSE(velocities_.lost()) << "it comes nearer";
+  EXPECT_NEAR(q_[0], 0.0, 1e-3);
+}
+
+TEST_F(Ros2ControlVelocities, BrakeOnTheStopProfile) {
+  follow(0.8, 1.0);
+  double time = 0.0;
+  for (double v = velocities_.last()[0]; v > 0.0 && time < 1.0; time += 4e-3) {
+    at_ += 4ms;
+    const double next = velocities_.brake(at_)[0];
+    EXPECT_NEAR(v - next, std::min(v, 4.0 * 4e-3), 1e-9);
+    v = next;
+  }
+  EXPECT_NEAR(time, 0.2, 0.01);
 }
 
 // --- motion
