@@ -131,6 +131,8 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   for (const config::SignalOptions& signal : file.tools[arm].signals) setup.signals.push_back(signal.port);
   add_outside(planned.arm, file.tools[arm].gripper, setup);
   setup.forces = forces_of(planned.arm);
+  setup.robot_names = {planned.arm.model->name};
+  for (const auto& [argument, value] : file.robots[arm].xacro_arguments) setup.robot_names.push_back(value);
   for (int joint = 0; joint < setup.limits.lower.size(); ++joint) {
     setup.prismatic.push_back(planner::joint_type(*planned.arm.model, joint) == planner::JointType::kPrismatic);
   }

@@ -2,7 +2,7 @@
 """Simulates the controller of a Universal Robots arm on the network: RTDE, primary and secondary port, dashboard. It runs the
 programs that it gets.
 
-usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--off] [--unlock-after SECONDS]
+usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--off] [--unlock-after SECONDS]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no PolyScope: dynamics are those of a
 position servo, and of URScript it knows what tests/robots/urscript.py knows. Tests give orders on port 30999, a line each, and get a
@@ -535,6 +535,10 @@ class DashboardClient(Connection):
             return "could not understand: 'is in remote control'"
         return "true" if self.owner.remote else "false"
 
+    def do_get_robot_model(self):
+        """A controller of the e-Series answers without the letter e."""
+        return self.owner.options.robot or "could not understand: 'get robot model'"
+
     def do_robotmode(self):
         return "Robotmode: " + ROBOT_MODES[self.owner.robot_mode]
 
@@ -723,6 +727,7 @@ def main():
     parser.add_argument("--start", type=lambda text: [float(q) for q in text.split(",")], default=[0.0, -1.57, 1.57, -1.57, -1.57, 0.0],
                         help="joint positions [rad], between commas")
     parser.add_argument("--model", choices=PERIODS, default="e")
+    parser.add_argument("--robot", default="UR5", help="answer of the dashboard to `get robot model`; empty: it does not know the command")
     parser.add_argument("--off", action="store_true", help="begins without power")
     parser.add_argument("--unlock-after", type=float, default=5.0, help="earliest time after a protective stop [s]")
     options = parser.parse_args()

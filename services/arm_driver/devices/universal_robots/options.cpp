@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "services/arm_driver/devices/option_reader.hpp"
+#include "services/arm_driver/devices/universal_robots/robot_type.hpp"
 
 namespace hecaton::device::universal_robots {
 namespace {
@@ -35,6 +36,9 @@ Options read_options(const DeviceSetup& setup) {
   options.gain = reader.number("gain", options.gain, 100, 2000);
   options.tracking_delay = reader.number("tracking_delay", options.lookahead_time, 0.0, 0.5, "s");
   if (reader.text("speed_slider")) options.speed_slider = reader.number("speed_slider", 1.0, 0.01, 1.0);
+  options.model = reader.text("model");
+  if (options.model && !is_robot_type(*options.model)) reader.fail("model", *options.model, robot_types());
+  if (!options.model) options.model = mentioned_type(setup.robot_names);
   return options;
 }
 

@@ -19,6 +19,7 @@ struct Options {
   double tracking_delay = 0.0;          ///< lag of the arm behind set-points at full speed [s]
   std::chrono::nanoseconds command_timeout{0};  ///< of the cell: older data are a failure
   std::optional<double> speed_slider;           ///< set at each connection, 0 to 1; empty: it stays as it is
+  std::optional<std::string> model;             ///< type that the robot must have, such as "ur5e"; empty: not known
 };
 
 /// Throws std::runtime_error with a sentence when a value cannot be used.

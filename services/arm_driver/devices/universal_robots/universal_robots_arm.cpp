@@ -12,6 +12,7 @@
 #include "services/arm_driver/devices/universal_robots/options.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
 #include "services/arm_driver/devices/universal_robots/robot_state.hpp"
+#include "services/arm_driver/devices/universal_robots/robot_type.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
 
@@ -29,6 +30,11 @@ constexpr std::chrono::milliseconds kExplanation{50};
 /// A program that the driver has ended needs less time to stop the arm. One that plays longer is another one.
 constexpr std::chrono::seconds kOtherProgram{2};
 constexpr std::chrono::seconds kRemoteControlPeriod{1};
+constexpr std::string_view kAskModel = "get robot model";
+/// A robot whose dashboard does not name its model within this time is moved all the same. One that has no dashboard is
+/// moved sooner.
+constexpr std::chrono::seconds kModelLimit{10};
+constexpr std::chrono::seconds kDashboardLimit{1};
 /// At a lower speed scaling the lag is not computed any more.
 constexpr double kSlowest = 0.05;
 constexpr double kLongestDelay = 1.0;  // [s]
@@ -63,6 +69,9 @@ class UniversalRobotsArm final : public ArmDevice {
     dashboard_.open(options_.robot_ip, now_);
     remote_control_ = {};
     order_ = {};
+    configured_at_ = now_;
+    model_.clear();
+    model_answered_ = false;
     return {};
   }
 
@@ -255,6 +264,8 @@ class UniversalRobotsArm final : public ArmDevice {
   [[nodiscard]] Condition condition() const {
     Condition robot = condition_of(*rtde_.data(), arm_);
     if (robot.mode != DeviceMode::kReady) return robot;
+    Condition other = condition_of_model();
+    if (other.mode != DeviceMode::kReady) return other;
     const std::string resume = "'hecaton resume " + arm_ + "'";
     if (remote_control_.off && program_.phase != Program::Phase::kRunning) {
       return {DeviceMode::kRemoteControlOff,
@@ -280,6 +291,21 @@ class UniversalRobotsArm final : public ArmDevice {
         return stopped(resume);
     }
     return {};
+  }
+
+  // Its description decides where the planner expects the arm. The model is known before the first program is sent.
+  [[nodiscard]] Condition condition_of_model() const {
+    const FoundRobot found{model_, rtde_.major_version()};
+    if (options_.model && !found.may_be(*options_.model)) {
+      return {DeviceMode::kNotReady, "the controller says that its robot is a " + found.name() +
+                                         ", but the cell file describes a " + *options_.model +
+                                         ": connect that robot, or correct robot or urdf of arm " + arm_ +
+                                         ", or the key model of its device if only the name there is wrong"};
+    }
+    const auto limit = dashboard_.has_greeted() ? kModelLimit : kDashboardLimit;
+    const bool awaited = !model_answered_ && now_ - configured_at_ < limit;
+    if (!awaited || program_.phase != Program::Phase::kNone) return {};
+    return {DeviceMode::kStarting, "asks the robot for its model"};
   }
 
   [[nodiscard]] Condition paused() const {
@@ -318,6 +344,7 @@ class UniversalRobotsArm final : public ArmDevice {
     const bool polls = dashboard_.is_open() && program_.phase != Program::Phase::kRunning;
     if (!polls || now_ < remote_control_.ask_at || !dashboard_.is_idle()) return;
     dashboard_.send("is in remote control", now_);
+    if (model_.empty()) dashboard_.send(std::string(kAskModel), now_);
     remote_control_.ask_at = now_ + kRemoteControlPeriod;
   }
 
@@ -356,6 +383,8 @@ class UniversalRobotsArm final : public ArmDevice {
       if (answer->command == "is in remote control") {
         remote_control_.off = answer->text == "false";
         remote_control_.answered = true;
+      } else if (answer->command == kAskModel) {
+        take_model(answer->text);
       } else if (order_.runs && answer->command == order_.command) {
         const bool taken = answer->text.starts_with(order_.expected);
         order_.releases_brakes = order_.releases_brakes && taken;
@@ -369,6 +398,15 @@ class UniversalRobotsArm final : public ArmDevice {
     if (!order_.releases_brakes || order_.runs || !is_idle || !dashboard_.is_open()) return;
     dashboard_.send("brake release", now_);
     order_.releases_brakes = false;
+  }
+
+  // Old controllers do not know the command.
+  void take_model(const std::string& answer) {
+    model_answered_ = true;
+    if (!answer.starts_with("UR")) return;
+    model_ = readable(answer);
+    const std::string name = FoundRobot{model_, rtde_.major_version()}.name();
+    if (log_) log_("robot model", options_.model ? name : name + "; the cell file does not say which it should be");
   }
 
   void end_order(DeviceResult result) {
@@ -388,6 +426,9 @@ class UniversalRobotsArm final : public ArmDevice {
   TcpConnection reverse_;
   Program program_;
   RemoteControl remote_control_;
+  std::string model_;  ///< as the dashboard names it; empty: not known
+  bool model_answered_ = false;
+  Clock::time_point configured_at_;
   Order order_;
   double settled_speed_ = 1.0;  ///< speed scaling to which the lag has settled
   Clock::time_point now_;
@@ -431,6 +472,11 @@ std::vector<std::string> universal_robots_notes(const DeviceSetup& setup, const 
     notes.push_back("arm " + setup.arm +
                     ": its description has the nominal kinematics of its type, without the calibration of this robot; "
                     "the tool may be some millimetres from where the planner expects it");
+  }
+  if (!read_options(setup).model) {
+    notes.push_back("arm " + setup.arm +
+                    ": its description does not name a model of Universal Robots, so that a wrong robot is not found; "
+                    "the key model of its device names it");
   }
   notes.push_back("arm " + setup.arm + ": its robot connects to port " +
                   std::to_string(read_options(setup).reverse_port) + " of its host; the firewall must allow it");

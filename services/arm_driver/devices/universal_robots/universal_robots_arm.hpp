@@ -12,8 +12,9 @@
 namespace hecaton::device {
 
 /// Keys of `device:` beside `type`.
-inline const std::vector<std::string_view> kUniversalRobotsKeys{
-    "robot_ip", "reverse_port", "pc_ip", "timeout", "lookahead_time", "gain", "tracking_delay", "speed_slider"};
+inline const std::vector<std::string_view> kUniversalRobotsKeys{"robot_ip",       "reverse_port",   "pc_ip",
+                                                                "timeout",        "lookahead_time", "gain",
+                                                                "tracking_delay", "speed_slider",   "model"};
 
 inline constexpr std::string_view kUniversalRobotsPorts =
     "digital_input, configurable_input, digital_output or configurable_output with a number 0 to 7, or tool_input, "

@@ -14,6 +14,8 @@
 #include "planner/model/robot_model.hpp"
 #include "services/arm_driver/device_session.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
+#include "services/arm_driver/devices/universal_robots/robot_state.hpp"
+#include "services/arm_driver/devices/universal_robots/robot_type.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde_client.hpp"
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
@@ -57,11 +59,13 @@ class UniversalRobotsTest : public test::DrivenRobot<testing::Test> {
     robot_.emplace(options);
     device::DeviceSetup setup = setup_for(robot_->address(), keys);
     setup.signals = signals_;
+    setup.robot_names = robot_names_;
     setup.command_timeout = command_timeout_;
     device_ = make_universal_robots_arm(setup);
     drive("north", 6, command_timeout_);
   }
-  std::vector<std::string> signals_;  ///< ports
+  std::vector<std::string> signals_;      ///< ports
+  std::vector<std::string> robot_names_;  ///< in the description
   std::chrono::milliseconds command_timeout_ = 10s;
   /// After "forget" and a resume, the first set-point is where the arm stands.
   void stays() {
@@ -221,6 +225,50 @@ TEST_F(UniversalRobotsTest, WaitsForPowerRemoteControlAndTheEndOfOtherPrograms) 
   EXPECT_EQ(refused->text, "its robot is in no protective stop");
 }
 
+TEST_F(UniversalRobotsTest, RefusesAnotherModelThanItsDescription) {
+  robot_names_ = {"ur10e_robot"};
+  begin();
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_EQ(text(),
+            "the controller says that its robot is a UR5e, but the cell file describes a ur10e: connect that robot, or "
+            "correct robot or urdf of arm north, or the key model of its device if only the name there is wrong");
+  for (const auto end = Clock::now() + 1s; Clock::now() < end;) period();
+  EXPECT_FALSE(session_->active());
+  EXPECT_EQ(robot_->state().at("programs"), 0) << "nothing may move";
+}
+
+TEST_F(UniversalRobotsTest, RefusesAnotherSeriesThanItsDescription) {
+  begin({"--model", "cb3"}, {{"model", "ur5e"}});
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_TRUE(text().starts_with("the controller says that its robot is a UR5, but the cell file describes a ur5e: "))
+      << text();
+  EXPECT_EQ(robot_->state().at("programs"), 0);
+}
+
+TEST_F(UniversalRobotsTest, KnowsTheSeriesOfAControllerWithoutAModel) {
+  begin({"--model", "cb3", "--robot", ""}, {{"model", "ur5e"}});
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  EXPECT_TRUE(says("its robot is a robot of the CB3 series, but the cell file describes a ur5e: ")) << text();
+}
+
+TEST_F(UniversalRobotsTest, FollowsTheModelOfItsDescription) {
+  robot_names_ = {"ur", "ur5e"};  // a name and an argument of xacro
+  begin();
+  move();
+}
+
+TEST_F(UniversalRobotsTest, FollowsARobotThatDoesNotNameItsModel) {
+  robot_names_ = {"ur5e"};
+  begin({"--robot", ""});
+  move();
+}
+
+TEST_F(UniversalRobotsTest, TakesTheKeyModelBeforeTheNameOfTheDescription) {
+  robot_names_ = {"ur5"};  // of a CB3
+  begin({}, {{"model", "ur7e"}});
+  move();
+}
+
 TEST_F(UniversalRobotsTest, ReadsAndSetsInputsAndOutputs) {
   signals_ = {"digital_input 3", "tool_input 1",        "tool_output 0",   "configurable_output 7",
               "analog_input 1",  "tool_analog_input 0", "analog_output 1", "digital_output 3"};
@@ -369,12 +417,50 @@ TEST(UniversalRobots, NamesAWrongAddress) {
             "right?");
 }
 
+TEST(UniversalRobots, KnowsTheModelThatADescriptionNames) {
+  using device::universal_robots::mentioned_type;
+  EXPECT_EQ(mentioned_type({"ur5e"}), "ur5e");
+  EXPECT_EQ(mentioned_type({"My_UR10e-cell"}), "ur10e");
+  EXPECT_EQ(mentioned_type({"dual_ur5e", "ur5e"}), "ur5e");
+  EXPECT_EQ(mentioned_type({"ur", "robot"}), std::nullopt);
+  EXPECT_EQ(mentioned_type({"ur5eleven"}), std::nullopt) << "a word of its own";
+  EXPECT_EQ(mentioned_type({"ur5e_and_ur10e"}), std::nullopt) << "which one?";
+}
+
+TEST(UniversalRobots, ComparesModelsOfEachSeries) {
+  using device::universal_robots::FoundRobot;
+  const auto fits = [](const char* model, std::uint32_t version, const char* expected) {
+    return FoundRobot{model, version}.may_be(expected);
+  };
+  EXPECT_TRUE(fits("UR5", 5, "ur5e"));
+  EXPECT_TRUE(fits("UR5e", 5, "ur5e"));
+  EXPECT_TRUE(fits("UR5", 5, "ur7e")) << "derived from it";
+  EXPECT_TRUE(fits("UR10", 5, "ur12e"));
+  EXPECT_TRUE(fits("UR5", 3, "ur5"));
+  EXPECT_TRUE(fits("UR16", 5, "ur16e"));
+  EXPECT_TRUE(fits("UR20", 5, "ur20"));
+  EXPECT_TRUE(fits("UR30", 10, "ur30"));
+  EXPECT_TRUE(fits("", 5, "ur10e")) << "it does not say";
+  EXPECT_TRUE(fits("UR99", 5, "robot")) << "nothing is expected";
+  EXPECT_FALSE(fits("UR5", 5, "ur5"));
+  EXPECT_FALSE(fits("UR5", 3, "ur5e"));
+  EXPECT_FALSE(fits("UR10", 5, "ur5e"));
+  EXPECT_FALSE(fits("UR3", 5, "ur30"));
+  EXPECT_FALSE(fits("UR10", 3, "ur10e"));
+  EXPECT_FALSE(fits("", 3, "ur10e"));
+  EXPECT_EQ((FoundRobot{"UR5", 5}.name()), "UR5e");
+  EXPECT_EQ((FoundRobot{"UR10e", 5}.name()), "UR10e");
+  EXPECT_EQ((FoundRobot{"UR10", 3}.name()), "UR10");
+  EXPECT_EQ((FoundRobot{"UR20", 5}.name()), "UR20");
+  EXPECT_EQ((FoundRobot{"", 0}.name()), "");
+}
+
 TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
   planner::RobotModel model;
   model.links.resize(1);
   model.links[0].joint = 0;
   model.links[0].X_PJ = planner::Pose::Identity();
-  const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10"), model); };
+  const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10", {{"model", "ur5e"}}), model); };
   ASSERT_EQ(notes().size(), 2U);
   EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
   model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
@@ -395,6 +481,9 @@ TEST(UniversalRobots, RefusesWrongKeys) {
   EXPECT_EQ(refusal({}), "nothing");
   EXPECT_EQ(refusal({{"robot_ip", "ur5.local"}}),
             "cell.yaml: arms[0].device.robot_ip = ur5.local must be an IPv4 address, such as 192.168.0.10");
+  EXPECT_EQ(refusal({{"model", "UR6"}}),
+            "cell.yaml: arms[0].device.model = UR6 must be ur3, ur5, ur10, ur3e, ur5e, ur7e, ur8long, ur10e, ur12e, "
+            "ur15, ur16e, ur18, ur20 or ur30");
   EXPECT_EQ(refusal({{"gain", "5"}}), "cell.yaml: arms[0].device.gain = 5 must be 100 to 2000");
   EXPECT_EQ(refusal({{"timeout", "5s"}}), "cell.yaml: arms[0].device.timeout = 5s must be 0.004s to 1s");
   EXPECT_EQ(refusal({}, 7),
