@@ -80,6 +80,7 @@ Json to_json(const msg::ArmStatus& arm) {
   json["state"] = {{"mode", text(state.mode())},
                    {"q", state.q()},
                    {"qd", state.qd()},
+                   {"speed_scaling", state.speed_scaling()},
                    {"carried", names(state.carried())},
                    {"cause", to_json(state.cause())},
                    {"term", state.term()},

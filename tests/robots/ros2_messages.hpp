@@ -60,8 +60,8 @@ class Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  dds_entity_t writer(const std::string& topic, const dds_topic_descriptor_t& type) {
-    return endpoint(topic, type, false, [&](dds_entity_t of, const dds_qos_t* qos) {
+  dds_entity_t writer(const std::string& topic, const dds_topic_descriptor_t& type, bool latched = false) {
+    return endpoint(topic, type, latched, [&](dds_entity_t of, const dds_qos_t* qos) {
       return dds_create_writer(participant_, of, qos, nullptr);
     });
   }

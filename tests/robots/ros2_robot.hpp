@@ -121,6 +121,10 @@ class Robot {
       split_ = value == "on";
     } else if (name == "scaling") {  // of the hardware, in percent
       scaling_ = std::stod(value) / 100.0;
+    } else if (name == "slow") {  // another node publishes a factor for the trajectory controller
+      slow(std::stod(value));
+    } else if (name == "drift") {  // of hardware that takes velocities [rad/s]
+      drift_ = std::stod(value);
     } else if (name == "command") {  // sends a wrong command to its own controller: a size or a name
       send_wrong(value);
     } else if (name != "state") {
@@ -369,6 +373,17 @@ class Robot {
     checked(dds_write(writer, &message), "joint_states");
   }
 
+  void slow(double factor) {
+    if (!other_node_) {
+      other_node_ = std::make_unique<Node>(options_.domain);
+      factor_of_other_ = other_node_->writer(options_.ns + "/" + options_.controller + "/speed_scaling_input",
+                                             control_msgs_msg_dds__SpeedScalingFactor__desc, true);
+    }
+    control_msgs_msg_dds__SpeedScalingFactor_ message{};
+    message.factor = factor;
+    checked(dds_write(factor_of_other_, &message), "speed scaling factor");
+  }
+
   /// Commands that a controller must ignore.
   void send_wrong(const std::string& kind) {
     Node other(options_.domain);
@@ -435,6 +450,8 @@ class Robot {
 
   Options options_;
   std::unique_ptr<Node> node_;
+  std::unique_ptr<Node> other_node_;  ///< that slows the controller
+  dds_entity_t factor_of_other_ = 0;
   dds_entity_t states_ = 0, commands_ = 0, controller_state_ = 0, factor_ = 0, scaling_state_ = 0;
   std::unique_ptr<TrajectoryServer> action_;
   Gripper gripper_;

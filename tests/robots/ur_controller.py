@@ -147,12 +147,35 @@ class Controller:
         self.jumps = dict(JUMPS)
         self.programs, self.dashboards, self.messages = 0, 0, []  # so far
         self.listeners = []
-        for port, accept in ((RTDE, RtdeClient), (PRIMARY, PrimaryClient), (SECONDARY, PrimaryClient),
-                             (DASHBOARD, DashboardClient), (CONTROL, ControlClient)):
-            listener = socket.create_server((options.address, port))
+        self.listen(((CONTROL, ControlClient),))
+        self.serve_robot()
+
+    def listen(self, ports):
+        for port, accept in ports:
+            listener = socket.create_server((self.options.address, port))
             listener.setblocking(False)
             self.listeners.append(listener)
             self.selector.register(listener, selectors.EVENT_READ, (listener, accept))
+
+    def serve_robot(self):
+        self.listen(((RTDE, RtdeClient), (PRIMARY, PrimaryClient), (SECONDARY, PrimaryClient), (DASHBOARD, DashboardClient)))
+
+    def drop_connections(self, name=""):
+        for key in list(self.selector.get_map().values()):
+            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient) and name in ("", key.data.name):
+                key.data.close()
+
+    def restart(self, seconds):
+        self.end_program()
+        self.drop_connections()
+        for listener in self.listeners[1:]:  # the first is that of tests
+            self.selector.unregister(listener)
+            listener.close()
+        del self.listeners[1:]
+        self.robot_mode, self.safety_mode = POWER_OFF, NORMAL
+        self.slider, self.slowdown, self.remote, self.cut = 1.0, 1.0, True, False
+        self.due.clear()
+        self.after(seconds, self.serve_robot)
 
     # --- time
 
@@ -709,11 +732,14 @@ class Orders:
         c.delayed_until = c.cycles + round(float(seconds) / c.period)
 
     @staticmethod
+    def restart(c, seconds=2.0):
+        """Connections close, nothing listens for this time, then the robot is off."""
+        c.restart(float(seconds))
+
+    @staticmethod
     def drop_connections(c, name=""):
         """Of that name, such as dashboard, or all but those of tests."""
-        for key in list(c.selector.get_map().values()):
-            if isinstance(key.data, Connection) and not isinstance(key.data, ControlClient) and name in ("", key.data.name):
-                key.data.close()
+        c.drop_connections(name)
 
     @staticmethod
     def dashboard(c, answers):
