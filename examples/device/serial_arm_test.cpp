@@ -40,6 +40,8 @@ class ArmOnALine {
     const std::lock_guard lock(mutex_);
     failure_ = what;
   }
+  /// A defect: without set-points it goes on at its last velocity.
+  void coast() { coasts_ = true; }
   [[nodiscard]] std::vector<double> q() {
     const std::lock_guard lock(mutex_);
     return q_;
@@ -56,6 +58,7 @@ class ArmOnALine {
     pollfd line{master_, POLLIN, 0};
     while (!ends_) {
       if (::poll(&line, 1, 2) > 0) receive();
+      if (coasts_) go_on();
       send();
     }
   }
@@ -84,6 +87,12 @@ class ArmOnALine {
     }
   }
 
+  void go_on() {
+    constexpr double kPoll = 0.002;  // [s]
+    const std::lock_guard lock(mutex_);
+    for (std::size_t joint = 0; joint < q_.size(); ++joint) q_[joint] += qd_[joint] * kPoll;
+  }
+
   void send() {
     std::ostringstream line;
     line.precision(9);
@@ -108,7 +117,7 @@ class ArmOnALine {
   std::mutex mutex_;
   std::optional<std::string> failure_;
   std::vector<double> q_, qd_;
-  std::atomic<bool> ends_ = false;
+  std::atomic<bool> ends_ = false, coasts_ = false;
   std::thread thread_;
 };
 
@@ -155,6 +164,16 @@ TEST_F(SerialArmTest, FailureHoldsTheArmUntilItEnds) {
 TEST_F(SerialArmTest, PassesTheDeviceTest) {
   ChildProcess test("hecaton", {"device-test", path_, "arm1", "--yes", "--distance", "0.02", "--duration", "4s"});
   EXPECT_EQ(test.wait(kLimit).code, 0) << test.standard_output();
+}
+
+TEST_F(SerialArmTest, FailsTheDeviceTestWhenItGoesOnWithoutSetPoints) {
+  arm_on_a_line.coast();
+  ChildProcess test("hecaton", {"device-test", path_, "arm1", "--yes", "--distance", "0.1", "--duration", "4s"});
+  EXPECT_EQ(test.wait(kLimit).code, 1) << test.standard_output();
+  const std::string table = test.standard_output();
+  const std::size_t check = table.find("stops by itself when set-points cease");
+  ASSERT_NE(check, std::string::npos) << table;
+  EXPECT_NE(table.substr(check, table.find('\n', check) - check).find("FAILED"), std::string::npos) << table;
 }
 
 TEST_F(SerialArmTest, RejectsUnknownDeviceKey) {

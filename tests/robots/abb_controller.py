@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Simulates the controller of an ABB robot on the network: EGM position guidance of its joints over UDP.
 
-usage: abb_controller.py --to 127.0.0.1:6510 [--address 127.0.0.12] [--start DEG1,…,DEG6] [--external DEG] [--max-speed-deviation DEG/S]
+usage: abb_controller.py --to 127.0.0.1:6510 [--address 127.0.0.12] [--robot irb120|yumi] [--start DEG1,…,DEG6] [--external DEG] [--max-speed-deviation DEG/S]
                          [--comm-timeout S] [--cond-time S] [--sample-rate MS] [--lp-filter HZ] [--stop hold|ramp_down] [--off]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no RobotWare: dynamics are those of a
 position servo, and its RAPID program is the loop of docs/how-to/abb-egm.md (`program` below). Tests give orders on port 30999, a
-line each, and get a line of JSON back. --help lists the orders. Two arms of one robot are two processes.
+line each, and get a line of JSON back. --help lists the orders. Two arms of one robot are two processes, with one address in --from.
 """
 import argparse
 import collections
@@ -26,8 +26,9 @@ PERIOD = 0.004  # of the motion control [s]
 LAG = 0.03  # time constant of the servo [s]
 STRONGEST = 2300.0  # servo acceleration [deg/s²]
 BRAKING = 1700.0  # without guidance [deg/s²]
-RANGES = [(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)]
-EXTERNAL_RANGE = (-170, 170)
+# Of the joints, and of an external axis [deg].
+RANGES = {"irb120": ([(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)], (-170, 170)),
+          "yumi": ([(-168.5, 168.5), (-143.5, 43.5), (-123.5, 80), (-290, 290), (-88, 138), (-229, 229)], (-168.5, 168.5))}
 WINDOW = 0.1  # egm_minmax of the program [deg]
 MOST_QUEUED = 16  # datagrams
 # Largest distance of a first set-point from the measured position (None: no set-point yet), largest step between set-points [deg]
@@ -130,7 +131,8 @@ class Joints:
         self.options = options
         self.q = list(options.start) + ([] if options.external is None else [options.external])
         self.qd = [0.0] * len(self.q)
-        self.ranges = (RANGES + [EXTERNAL_RANGE])[:len(self.q)]
+        joints, external = RANGES[options.robot]
+        self.ranges = [*joints, external][:len(self.q)]
         self.filtered = list(self.q)
         self.fastest = self.strongest = 0.0  # seen [deg/s], [deg/s²]
 
@@ -185,7 +187,7 @@ class Egm:
             self.controller.selector.unregister(self.socket)
             self.socket.close()
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind((self.options.address, 0))
+        self.socket.bind((self.options.source or self.options.address, 0))
         self.socket.setblocking(False)
         self.controller.selector.register(self.socket, selectors.EVENT_READ, self)
 
@@ -562,7 +564,9 @@ def address_and_port(text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, epilog=orders.listed(Orders), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--to", type=address_and_port, default=("127.0.0.1", 6510), help="address and port of the driver: UDPUC")
-    parser.add_argument("--address", default="127.0.0.12", help="of the controller")
+    parser.add_argument("--address", default="127.0.0.12", help="on which it takes orders of tests")
+    parser.add_argument("--from", dest="source", help="address from which it sends, if not the same")
+    parser.add_argument("--robot", choices=RANGES, default="irb120", help="ranges of its joints")
     parser.add_argument("--start", type=lambda text: [float(q) for q in text.split(",")], default=[0.0, 0.0, 0.0, 0.0, 90.0, 0.0],
                         help="joint positions [deg], between commas")
     parser.add_argument("--external", type=float, help="position of an external axis, such as the seventh joint [deg]")

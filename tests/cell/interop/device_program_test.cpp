@@ -92,5 +92,49 @@ TEST_F(DeviceProgram, ReachesGoalsAndStopsUntilAPersonResumes) {
   reach("home");
 }
 
+class DeviceProgramTest : public testing::Test {
+ protected:
+  [[nodiscard]] Ran device_test(const std::string& distance) const {
+    const std::string path = (folder_.path() / "cell.yaml").string();
+    std::ofstream(path) << "name: device_test\n"
+                           "timing: {command_timeout: 400ms, driver_period: 4ms}\n"
+                           "arms:\n"
+                           "  - name: north\n"
+                           "    robot: irb120\n"
+                           "    limits: {velocity: 0.5, acceleration: 6}\n"
+                           "    device: {type: program}\n";
+    return run_hecaton({"device-test", path, "north", "--yes", "-o", "json", "--distance", distance, "--duration", "4s",
+                        "--domain", std::to_string(domain_.number())});
+  }
+
+  TemporaryFolder folder_;
+  FreeDomain domain_;
+};
+
+TEST_F(DeviceProgramTest, PassesTheExample) {
+  const Process program({std::string(HECATON_BIN_DIR) + "/simulated_joints", std::to_string(domain_.number()),
+                         "device_test", "north", "0", "0", "0", "0", "1.5708", "0"});
+  // A busy machine may stop the program: repeated, as a person would.
+  Ran ran;
+  for (int tries = 0; tries < 3; ++tries) {
+    ran = device_test("0.02");
+    if (ran.code == 0) break;
+  }
+  EXPECT_EQ(ran.code, 0) << ran.out << ran.err;
+  const Json report = Json::parse(ran.out, nullptr, false);
+  EXPECT_EQ(report["device"], "program");
+  ASSERT_EQ(report["checks"].size(), 11U);
+  for (const Json& check : report["checks"]) EXPECT_EQ(check["result"], "ok") << check;
+}
+
+TEST_F(DeviceProgramTest, FailsWithoutAProgram) {
+  const Ran ran = device_test("0.02");
+  EXPECT_EQ(ran.code, 1) << ran.err;
+  const Json report = Json::parse(ran.out, nullptr, false);
+  EXPECT_EQ(report["passed"], false);
+  EXPECT_EQ(report["checks"][0]["result"], "failed") << ran.out;
+  EXPECT_NE(report["checks"][0]["details"].get<std::string>().find("program"), std::string::npos) << ran.out;
+}
+
 }  // namespace
 }  // namespace hecaton::test
