@@ -143,9 +143,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
 void require_own_ports(const config::CellFile& file, std::span<const device::DeviceType> types) {
   std::map<std::pair<std::string, int>, std::string> owners;
   for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
-    const device::DeviceType& type = type_of(file, arm, types);
-    if (type.ports == nullptr) continue;
-    for (const device::ListeningPort& port : type.ports(setup_of(file, arm, {}))) {
+    for (const device::ListeningPort& port : listening_ports(file, arm, types)) {
       const std::string& name = file.cell.arms[arm].arm.name;
       const auto [owner, is_free] = owners.try_emplace({file.arm_hosts[arm].host, port.number}, name);
       if (is_free) continue;
@@ -243,6 +241,12 @@ std::vector<device::SignalKind> signal_kinds(const config::CellFile& file, int a
     kinds.push_back(*kind);
   }
   return kinds;
+}
+
+std::vector<device::ListeningPort> listening_ports(const config::CellFile& file, int arm,
+                                                   std::span<const device::DeviceType> types) {
+  const device::DeviceType& type = type_of(file, arm, types);
+  return type.ports == nullptr ? std::vector<device::ListeningPort>() : type.ports(setup_of(file, arm, {}));
 }
 
 std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm, const std::string& checkpoint,

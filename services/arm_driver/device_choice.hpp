@@ -39,6 +39,10 @@ void require_known_devices(const config::CellFile& file,
 [[nodiscard]] std::vector<device::SignalKind> signal_kinds(
     const config::CellFile& file, int arm, std::span<const device::DeviceType> types = device::device_types());
 
+/// The ports of its host on which the arm's device will listen. Throws as make_device().
+[[nodiscard]] std::vector<device::ListeningPort> listening_ports(
+    const config::CellFile& file, int arm, std::span<const device::DeviceType> types = device::device_types());
+
 /// Creates the arm's device. `arm`: index in the cell. `checkpoint`: a file that the device may use to survive its
 /// process; empty: none. Throws std::runtime_error with a sentence when a value cannot be used.
 [[nodiscard]] std::unique_ptr<device::ArmDevice> make_device(const config::CellFile& file, int arm,

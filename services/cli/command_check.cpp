@@ -14,6 +14,7 @@
 #include "planner/model/urdf_loader.hpp"
 #include "planner/simulation/batch.hpp"
 #include "services/arm_driver/device_choice.hpp"
+#include "services/arm_driver/taken_ports.hpp"
 #include "services/cli/cell_draft.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/robot_options.hpp"
@@ -397,11 +398,21 @@ void check_draws(const config::CellFile& file, Findings& findings) {
                   config::Finding{config::Severity::kError, "tasks: no task can be drawn: " + *reason});
 }
 
+/// The cell may run already: then its own drivers hold the ports.
+void check_ports(const config::CellFile& file, Findings& findings) {
+  for (TakenPort& port : taken_ports(file)) {
+    findings.push_back({port.by_driver ? config::Severity::kNote : config::Severity::kWarning, std::move(port.text)});
+  }
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const auto& a, const auto& b) { return a.severity > b.severity; });
+}
+
 ExitCode check_cell(const Settings& settings, const CheckOptions& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
   require_known_devices(file);
   Findings findings = config::validate(file);
+  check_ports(file, findings);
   for (std::string& note : device_notes(file)) findings.push_back({config::Severity::kNote, std::move(note)});
   check_draws(file, findings);
   print(settings, cell_json(file, findings), cell_text(file, findings, options.details, Palette::for_stream(stdout)));

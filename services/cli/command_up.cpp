@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "services/arm_driver/device_choice.hpp"
+#include "services/arm_driver/taken_ports.hpp"
 #include "services/cli/cell_access.hpp"
 #include "services/cli/cell_monitors.hpp"
 #include "services/cli/commands.hpp"
@@ -94,6 +95,7 @@ class Run {
 
   ExitCode run() {
     refuse_occupied_domain(domain_);
+    refuse_taken_ports();
     display_.line("starting cell " + file_.cell.name + " in DDS domain " + std::to_string(domain_) + ", logs in " +
                   logs_.path());
     bool clean = true;
@@ -128,6 +130,12 @@ class Run {
     ServiceOptions options;
     options.domain = settings.domain;
     return choose_domain(options, file.network.domain);
+  }
+
+  /// Another program would keep robots from their drivers.
+  void refuse_taken_ports() const {
+    const std::vector<TakenPort> taken = taken_ports(file_);
+    if (!taken.empty()) throw Failure(ExitCode::kBadInput, taken.front().text);
   }
 
   /// Says where the page is as soon as the view sends heartbeats, or why it is not there. The cell runs without it.

@@ -197,8 +197,9 @@ struct DeviceSetup {
 
 /// A port of this machine on which a device listens.
 struct ListeningPort {
-  int number = 0;   ///< of TCP or UDP, 1 to 65535
-  std::string key;  ///< of `device:` that sets it
+  int number = 0;    ///< 1 to 65535
+  std::string key;   ///< of `device:` that sets it
+  bool udp = false;  ///< of UDP, else of TCP
 };
 
 /// Something that moves one arm only, such as a controller on the network.

@@ -2,8 +2,13 @@
 
 #include <fstream>
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/signal_process.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::test {
 namespace {
@@ -36,6 +41,40 @@ TEST(Up, ReachesTasksAndReports) {
     EXPECT_FALSE(Watched(process["pid"].get<pid_t>()).found()) << process << " is left";
   }
   std::remove(report_file.c_str());
+}
+
+TEST(Up, RefusesAPortThatAnotherProgramHolds) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  own.sin_addr.s_addr = htonl(INADDR_ANY);
+  socklen_t size = sizeof own;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&own), size), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&own), &size), 0);
+  const std::string port = std::to_string(ntohs(own.sin_port));
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "cell.yaml").string();
+  std::ofstream(path) << "name: taken_port\n"
+                         "arms:\n"
+                         "  - name: north\n"
+                         "    robot: ur5e\n"
+                         "    device: {type: universal_robots, robot_ip: 127.0.0.1, reverse_port: " +
+                             port + "}\n";
+  const std::string sentence = "arms[0].device.reverse_port = " + port + " must be a free port of this machine: ";
+  const std::string holder = "(process " + std::to_string(getpid()) + ") holds TCP port " + port;
+
+  const FreeDomain domain;
+  const Ran up = run_hecaton({"up", path, "--headless", "--domain", std::to_string(domain.number())});
+  EXPECT_EQ(up.code, 3);
+  EXPECT_NE(up.err.find(sentence), std::string::npos) << up.err;
+  EXPECT_NE(up.err.find(holder), std::string::npos) << up.err;
+  const Ran check = run_hecaton({"check", path});
+  EXPECT_EQ(check.code, 0) << "the file is right: " << check.out;
+  EXPECT_NE(check.out.find("warning: "), std::string::npos) << check.out;
+  EXPECT_NE(check.out.find(holder), std::string::npos) << check.out;
+  ::close(listener);
+  EXPECT_EQ(run_hecaton({"check", path}).out.find("must be a free port"), std::string::npos);
 }
 
 class UpLeavesNoProcess : public LiveCell {

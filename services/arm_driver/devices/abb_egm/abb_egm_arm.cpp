@@ -204,7 +204,7 @@ std::unique_ptr<ArmDevice> make_abb_egm_arm(const DeviceSetup& setup) {
 }
 
 std::vector<ListeningPort> abb_egm_ports(const DeviceSetup& setup) {
-  return {{abb_egm::read_options(setup).port, "port"}};
+  return {{abb_egm::read_options(setup).port, "port", true}};
 }
 
 std::vector<std::string> abb_egm_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {

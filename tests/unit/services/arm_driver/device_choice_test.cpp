@@ -1,10 +1,17 @@
 #include "services/arm_driver/device_choice.hpp"
 
 #include <filesystem>
+#include <optional>
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "services/arm_driver/device_plugin.hpp"
+#include "services/arm_driver/devices/socket.hpp"
+#include "services/arm_driver/taken_ports.hpp"
 #include "services/config/yaml_tree.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -86,6 +93,82 @@ TEST(DeviceChoice, RefusesTwoDevicesOfOneHostOnOnePort) {
       << "6510 and the place of the arm";
   EXPECT_EQ(refusal("    device: {type: universal_robots}\n"),
             "arms[0].device.robot_ip is missing; it must be the IPv4 address of the robot");
+}
+
+/// A port of this machine that this process holds.
+class HeldPort {
+ public:
+  explicit HeldPort(int type) : socket_(::socket(AF_INET, type | SOCK_CLOEXEC, 0)) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);  // also one address of the machine is enough
+    socklen_t size = sizeof own;
+    EXPECT_EQ(::bind(socket_.get(), reinterpret_cast<const sockaddr*>(&own), size), 0);
+    if (type == SOCK_STREAM) {
+      EXPECT_EQ(::listen(socket_.get(), 1), 0);
+    }
+    EXPECT_EQ(::getsockname(socket_.get(), reinterpret_cast<sockaddr*>(&own), &size), 0);
+    number_ = std::to_string(ntohs(own.sin_port));
+  }
+  [[nodiscard]] const std::string& number() const { return number_; }
+
+ private:
+  device::Socket socket_;
+  std::string number_;
+};
+
+TEST(DeviceChoice, NamesTheProgramThatHoldsAPort) {
+  const auto taken = [](const std::string& device) {
+    return taken_ports(cell("    device: {type: " + device + "}\n"));
+  };
+  const std::string robot = "universal_robots, robot_ip: 192.168.0.10, reverse_port: ";
+  const std::string holder = " (process " + std::to_string(::getpid()) + ") holds ";
+  std::optional<HeldPort> tcp(SOCK_STREAM);
+  const auto of_tcp = taken(robot + tcp->number());
+  ASSERT_EQ(of_tcp.size(), 1U);
+  EXPECT_NE(of_tcp[0].text.find("arms[0].device.reverse_port = " + tcp->number() +
+                                " must be a free port of this machine: arm_driver_test"),
+            std::string::npos)
+      << of_tcp[0].text;
+  EXPECT_TRUE(of_tcp[0].text.ends_with(holder + "TCP port " + tcp->number() +
+                                       "; end that program, or set another port for arm left"))
+      << of_tcp[0].text;
+  EXPECT_FALSE(of_tcp[0].by_driver);
+
+  const HeldPort udp(SOCK_DGRAM);
+  const auto of_udp = taken("abb_egm, port: " + udp.number());
+  ASSERT_EQ(of_udp.size(), 1U);
+  EXPECT_NE(of_udp[0].text.find("arms[0].device.port = " + udp.number()), std::string::npos) << of_udp[0].text;
+  EXPECT_NE(of_udp[0].text.find(holder + "UDP port " + udp.number()), std::string::npos) << of_udp[0].text;
+
+  const std::string number = tcp->number();
+  tcp.reset();
+  EXPECT_TRUE(taken(robot + number).empty()) << "it is free again";
+  EXPECT_TRUE(taken("simulated").empty());
+}
+
+TEST(DeviceChoice, LeavesPortsOfOtherHostsAlone) {
+  const HeldPort port(SOCK_STREAM);
+  const auto taken = [&](const std::string& host) {
+    return taken_ports(config::parse_cell_file(
+                           "name: tiny\n"
+                           "hosts: {here: 127.0.0.1, there: 203.0.113.9}\n"
+                           "world: {host: here}\n"
+                           "supervision: {host: here}\n"
+                           "arms:\n"
+                           "  - name: left\n"
+                           "    urdf: urdf/puma560.urdf\n"
+                           "    host: " +
+                               host +
+                               "\n"
+                               "    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n"
+                               "    device: {type: universal_robots, robot_ip: 192.168.0.10, reverse_port: " +
+                               port.number() + "}\n",
+                           std::string(HECATON_SOURCE_DIR) + "/deploy/cells/tiny.yaml"))
+        .size();
+  };
+  EXPECT_EQ(taken("here"), 1U);
+  EXPECT_EQ(taken("there"), 0U);
 }
 
 TEST(DeviceChoice, RefusesTwoArmsOfOneController) {
