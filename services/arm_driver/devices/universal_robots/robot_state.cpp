@@ -3,6 +3,15 @@
 namespace hecaton::device::universal_robots {
 namespace {
 
+constexpr const char* kMachine = "the injection moulding machine (IMMI)";
+constexpr const char* kSafetyPlc = "the safety PLC (PROFIsafe)";
+
+/// `origin`: words such as "by the safety PLC"; may be empty.
+Condition safeguard_stop(const std::string& origin, const std::string& resume) {
+  return {DeviceMode::kSafeguardStop, "safeguard stop" + (origin.empty() ? "" : " " + origin) +
+                                          ": clear the safeguarded space and reset the safeguard, then call " + resume};
+}
+
 /// Every safety mode but normal and reduced forbids motion, also those of later controllers.
 Condition condition_of_safety(SafetyMode mode, const std::string& arm) {
   const std::string resume = "'hecaton resume " + arm + "'";
@@ -18,6 +27,11 @@ Condition condition_of_safety(SafetyMode mode, const std::string& arm) {
     case SafetyMode::kRobotEmergencyStop:
       return {DeviceMode::kEmergencyStop,
               "emergency stop: release the emergency stop button, then call " + on + " and " + resume};
+    case SafetyMode::kImmiEmergencyStop:
+    case SafetyMode::kProfisafeEmergencyStop:
+      return {DeviceMode::kEmergencyStop,
+              "emergency stop by " + std::string(mode == SafetyMode::kImmiEmergencyStop ? kMachine : kSafetyPlc) +
+                  ": end the emergency stop there, then call " + on + " and " + resume};
     case SafetyMode::kRecovery:
       return {DeviceMode::kNotReady,
               "recovery mode: move the arm into its safety limits at the teach pendant, then call " + resume};
@@ -30,11 +44,33 @@ Condition condition_of_safety(SafetyMode mode, const std::string& arm) {
     case SafetyMode::kValidateJointId:
     case SafetyMode::kUndefined:
       return {DeviceMode::kNotReady, "the safety system is not ready: act at the teach pendant, then call " + resume};
+    case SafetyMode::kSystemThreePositionEnablingStop:
+    case SafetyMode::kPendantThreePositionEnablingStop:
+      return {
+          DeviceMode::kSafeguardStop,
+          "an enabling device " +
+              std::string(mode == SafetyMode::kPendantThreePositionEnablingStop ? "of the teach pendant " : "") +
+              "stops the robot: switch the robot to automatic mode, or hold the device in its middle position, then "
+              "call " +
+              resume};
+    case SafetyMode::kProfisafeWaitingForParameters:
+      return {DeviceMode::kNotReady, "the safety system waits for parameters of " + std::string(kSafetyPlc) +
+                                         ": start it and check its connection, then call " + resume};
+    case SafetyMode::kImmiSafeguardStop:
+      return safeguard_stop(std::string("by ") + kMachine, resume);
+    case SafetyMode::kProfisafeAutomaticModeSafeguardStop:
+    case SafetyMode::kProfisafeSafeguardStop:
+      return safeguard_stop(std::string("by ") + kSafetyPlc, resume);
+    case SafetyMode::kAutomaticModeSafeguardStop:
+      return safeguard_stop("of the automatic mode", resume);
+    case SafetyMode::kSafetyApiSafeguardStop:
+      return safeguard_stop("by a program of the safety interface", resume);
     case SafetyMode::kSafeguardStop:
-      break;
+      return safeguard_stop("", resume);
   }
-  return {DeviceMode::kSafeguardStop,
-          "safeguard stop: clear the safeguarded space and reset the safeguard, then call " + resume};
+  return {DeviceMode::kSafeguardStop, "the safety system stops the robot (safety mode " +
+                                          std::to_string(static_cast<std::int32_t>(mode)) +
+                                          "): read the reason at the teach pendant, then call " + resume};
 }
 
 Condition condition_of_robot(RobotMode mode, const std::string& arm) {

@@ -33,6 +33,17 @@ enum class SafetyMode : std::int32_t {
   kFault = 9,
   kValidateJointId = 10,
   kUndefined = 11,
+  // Of the e-Series.
+  kAutomaticModeSafeguardStop = 12,
+  kSystemThreePositionEnablingStop = 13,
+  kPendantThreePositionEnablingStop = 14,
+  kImmiEmergencyStop = 15,
+  kImmiSafeguardStop = 16,
+  kProfisafeWaitingForParameters = 17,
+  kProfisafeAutomaticModeSafeguardStop = 18,
+  kProfisafeSafeguardStop = 19,
+  kProfisafeEmergencyStop = 20,
+  kSafetyApiSafeguardStop = 22,
 };
 
 enum class RuntimeState : std::uint32_t {

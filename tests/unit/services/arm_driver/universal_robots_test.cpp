@@ -465,6 +465,92 @@ TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
   EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
   model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
   EXPECT_EQ(notes().size(), 1U) << "a calibration turns the frames by a little";
+  EXPECT_EQ(universal_robots_notes(setup_for("192.168.0.10"), model).front(),
+            "arm north: its description does not name a model of Universal Robots, so that a wrong robot is not found; "
+            "the key model of its device names it");
+}
+
+TEST(UniversalRobots, SaysForEachSafetyModeWhatAPersonDoes) {
+  using device::DeviceMode;
+  const std::string resume = "'hecaton resume north'";
+  const std::string on_and_resume = "call 'hecaton device north on' and " + resume;
+  const std::string clear = ": clear the safeguarded space and reset the safeguard, then call " + resume;
+  const std::string enabling =
+      "stops the robot: switch the robot to automatic mode, or hold the device in its middle position, then call " +
+      resume;
+  const std::string machine = "by the injection moulding machine (IMMI)";
+  const std::string plc = "the safety PLC (PROFIsafe)";
+  const std::string fault =
+      "safety violation or fault: read the log at the teach pendant and restart the safety system there, then " +
+      on_and_resume;
+  const std::string not_ready = "the safety system is not ready: act at the teach pendant, then call " + resume;
+  const std::string emergency = "emergency stop: release the emergency stop button, then " + on_and_resume;
+  const std::vector<std::tuple<int, DeviceMode, std::string>> modes{
+      {1, DeviceMode::kReady, ""},
+      {2, DeviceMode::kReady, ""},
+      {3, DeviceMode::kProtectiveStop,
+       "protective stop: look at the arm, then call 'hecaton device north unlock', 5 s after the stop or later, and " +
+           resume},
+      {4, DeviceMode::kNotReady,
+       "recovery mode: move the arm into its safety limits at the teach pendant, then call " + resume},
+      {5, DeviceMode::kSafeguardStop, "safeguard stop" + clear},
+      {6, DeviceMode::kEmergencyStop, emergency},
+      {7, DeviceMode::kEmergencyStop, emergency},
+      {8, DeviceMode::kNotReady, fault},
+      {9, DeviceMode::kNotReady, fault},
+      {10, DeviceMode::kNotReady, not_ready},
+      {11, DeviceMode::kNotReady, not_ready},
+      {12, DeviceMode::kSafeguardStop, "safeguard stop of the automatic mode" + clear},
+      {13, DeviceMode::kSafeguardStop, "an enabling device " + enabling},
+      {14, DeviceMode::kSafeguardStop, "an enabling device of the teach pendant " + enabling},
+      {15, DeviceMode::kEmergencyStop,
+       "emergency stop " + machine + ": end the emergency stop there, then " + on_and_resume},
+      {16, DeviceMode::kSafeguardStop, "safeguard stop " + machine + clear},
+      {17, DeviceMode::kNotReady,
+       "the safety system waits for parameters of " + plc + ": start it and check its connection, then call " + resume},
+      {18, DeviceMode::kSafeguardStop, "safeguard stop by " + plc + clear},
+      {19, DeviceMode::kSafeguardStop, "safeguard stop by " + plc + clear},
+      {20, DeviceMode::kEmergencyStop,
+       "emergency stop by " + plc + ": end the emergency stop there, then " + on_and_resume},
+      {21, DeviceMode::kSafeguardStop,
+       "the safety system stops the robot (safety mode 21): read the reason at the teach pendant, then call " + resume},
+      {22, DeviceMode::kSafeguardStop, "safeguard stop by a program of the safety interface" + clear},
+      {23, DeviceMode::kSafeguardStop,
+       "the safety system stops the robot (safety mode 23): read the reason at the teach pendant, then call " + resume},
+  };
+  for (const auto& [mode, expected, text] : modes) {
+    device::universal_robots::RobotData data;
+    data.robot_mode = 7;  // running
+    data.safety_mode = mode;
+    const auto condition = condition_of(data, "north");
+    EXPECT_EQ(condition.mode, expected) << mode;
+    EXPECT_EQ(condition.text, text) << mode;
+  }
+}
+
+TEST(UniversalRobots, SaysForEachRobotModeWhatAPersonDoes) {
+  const std::string on = "call 'hecaton device north on' and 'hecaton resume north'";
+  const std::string unconnected = "the controller has no connection to its arm: look at the teach pendant";
+  const std::vector<std::pair<int, std::string>> modes{
+      {-1, unconnected},
+      {0, unconnected},
+      {1, "the safety configuration waits for its confirmation at the teach pendant"},
+      {2, "the robot boots: wait, then " + on},
+      {3, "the robot is off: " + on},
+      {4, "the robot boots: wait, then " + on},
+      {5, "the brakes are on: " + on},
+      {6, "the robot is in backdrive mode: end it at the teach pendant"},
+      {7, ""},
+      {8, "the robot updates its firmware: wait"},
+      {99, unconnected}};
+  for (const auto& [mode, text] : modes) {
+    device::universal_robots::RobotData data;
+    data.robot_mode = mode;
+    data.safety_mode = 1;  // normal
+    const auto condition = condition_of(data, "north");
+    EXPECT_EQ(condition.mode, mode == 7 ? device::DeviceMode::kReady : device::DeviceMode::kNotReady) << mode;
+    EXPECT_EQ(condition.text, text) << mode;
+  }
 }
 
 TEST(UniversalRobots, RefusesWrongKeys) {
