@@ -462,7 +462,7 @@ TEST(NamedRobots, ReachAgreesWithWhatTheMakerPublishes) {
   }
 }
 
-// The table in docs/reference/robots.md: `test_config --gtest_filter='*ListsErrors*'`.
+// The figures in docs/data/robot_shapes.csv: `test_config --gtest_filter='*ListsErrors*'`.
 TEST(NamedRobots, ListsErrorsAgainstPublishedValues) {
   std::map<std::string, DhRobot> tables;
   for (const DhRobot& robot : dh_robots()) tables.emplace(robot.name, robot);
