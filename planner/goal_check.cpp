@@ -10,6 +10,7 @@
 #include "planner/collision/exact_distance.hpp"
 #include "planner/collision/own_shapes.hpp"
 #include "planner/local/goal_objective.hpp"
+#include "planner/local/parameters.hpp"
 #include "planner/model/kinematics.hpp"
 #include "planner/model/whole_turns.hpp"
 
@@ -52,6 +53,20 @@ bool touches_by_capsule(const CellGeometry& geometry, const CellPoses& poses, co
   return row.cwiseAbs().maxCoeff() < kChangesNothing && distance_of_own_shapes(geometry, poses, clearance) > 0.0;
 }
 
+/// What the user can do about an overlap of the goal.
+std::string remedy(const Clearance& pair, const std::string& other) {
+  switch (pair.counterpart) {
+    case Counterpart::kSelf:
+      return "choose a posture that is folded less; if these links cannot touch, exclude the pair in the SRDF "
+             "(disable_collisions)";
+    case Counterpart::kArm:
+      return "choose a goal clear of " + other + ", which stays where it is";
+    case Counterpart::kObstacle:
+      break;
+  }
+  return "choose a goal clear of " + other + ", or move or remove that obstacle";
+}
+
 constexpr double kDegree = std::numbers::pi / 180.0;
 /// Share of a tolerance that a configuration may use; the rest is for the drive.
 constexpr double kPlannedShare = 0.9;
@@ -90,8 +105,9 @@ std::string error_text(const ToolError& error) {
 /// Solves one tool goal and counts what its solutions fail on.
 class ToolGoalResolver {
  public:
-  ToolGoalResolver(const Arm& arm, const ToolGoal& goal, const JointVector& q_now, const ConfigurationCheck& check)
-      : arm_(arm), goal_(goal), q_now_(q_now), check_(check) {
+  ToolGoalResolver(const Arm& arm, const ToolGoal& goal, const JointVector& q_now, const ConfigurationCheck& check,
+                   const ConfigurationCheck& on_way)
+      : arm_(arm), goal_(goal), q_now_(q_now), check_(check), on_way_(on_way ? on_way : check) {
     options_.free_rotation = goal.free_rotation;
     options_.position_tolerance = std::min(options_.position_tolerance, 0.1 * goal.position_tolerance);
     options_.orientation_tolerance = std::min(options_.orientation_tolerance, 0.1 * goal.orientation_tolerance);
@@ -134,7 +150,7 @@ class ToolGoalResolver {
   [[nodiscard]] double away(const ArmReach& reach) const { return (goal_.X_WT.translation() - reach.centre).norm(); }
 
   [[nodiscard]] JointVector with_free_way(const JointVector& q) const {
-    return turns_with_free_way(arm_, q, q_now_, [this](const JointVector& between) { return !check_(between); });
+    return turns_with_free_way(arm_, q, q_now_, [this](const JointVector& between) { return !on_way_(between); });
   }
 
   std::optional<JointVector> within_tolerances() {
@@ -160,6 +176,7 @@ class ToolGoalResolver {
   const ToolGoal& goal_;
   const JointVector& q_now_;
   const ConfigurationCheck& check_;
+  const ConfigurationCheck& on_way_;
   IkOptions options_;
   int reaching_ = 0;                 ///< configurations that meet the goal, or its position
   std::optional<Rejection> failed_;  ///< of the last of them
@@ -182,8 +199,8 @@ std::string clamp_rounding(const Arm& arm, JointVector& q) {
 }
 
 ToolGoalAnswer resolve_tool_goal(const Arm& arm, const ToolGoal& goal, const JointVector& q_now,
-                                 const ConfigurationCheck& check) {
-  return ToolGoalResolver(arm, goal, q_now, check).resolve();
+                                 const ConfigurationCheck& check, const ConfigurationCheck& on_way) {
+  return ToolGoalResolver(arm, goal, q_now, check, on_way).resolve();
 }
 
 std::optional<std::string> error_at_goal(const Arm& arm, const JointVector& q, const JointVector& q_goal,
@@ -209,7 +226,7 @@ std::optional<std::string> error_at_goal(const Arm& arm, const JointVector& q, c
 }
 
 std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVector& q_goal,
-                                     std::span<const world::ObstacleState> obstacles) {
+                                     std::span<const world::ObstacleState> obstacles, double self_distance) {
   const Arm& arm = geometry.own_arm();
   std::ostringstream out;
   if (q_goal.size() != arm.model->joints()) {
@@ -231,15 +248,23 @@ std::optional<Rejection> reject_goal(const CellGeometry& geometry, const JointVe
   forward_kinematics(*arm.model, arm.X_WB, q_goal, own);
   const CellPoses poses{&own, arms, obstacles};
   std::vector<Clearance> near(kMostTouching);
-  near.resize(static_cast<std::size_t>(distance.clearances(poses, {.others = 0.0, .self = 0.0}, near)));
-  std::erase_if(near,
-                [&](const Clearance& pair) { return pair.distance > 0.0 || touches_by_capsule(lasting, poses, pair); });
+  near.resize(static_cast<std::size_t>(
+      distance.clearances(poses, {.others = 0.0, .self = self_distance, .self_share = kSecurityShare}, near)));
+  std::erase_if(near, [&](const Clearance& pair) { return touches_by_capsule(lasting, poses, pair); });
   if (near.empty()) return std::nullopt;
   const Clearance& deepest = *std::min_element(
       near.begin(), near.end(), [](const Clearance& a, const Clearance& b) { return a.distance < b.distance; });
   const std::string other = lasting.other_name(deepest);
-  out << "goal is in collision: " << lasting.own_name(deepest) << " and " << other << " overlap by "
-      << -deepest.distance * 1000.0 << " mm";
+  out << "goal is in collision: " << lasting.own_name(deepest) << " and " << other;
+  if (deepest.distance > 0.0) {
+    out << " are " << deepest.distance * 1000.0 << " mm apart";
+  } else {
+    out << " overlap by " << -deepest.distance * 1000.0 << " mm";
+  }
+  const bool self = deepest.counterpart == Counterpart::kSelf;
+  const double least =
+      self ? std::min(self_distance, kSecurityShare * lasting.widest(deepest.own_body, deepest.other_body)) : 0.0;
+  out << " (minimum distance " << least * 1000.0 << " mm); " << remedy(deepest, other);
   return Rejection{RejectionKind::kInCollision, other, out.str()};
 }
 

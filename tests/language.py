@@ -6,12 +6,14 @@ The rules, each with its limit:
   length   a sentence, a list item or a table cell has at most 40 words
   share    at most 5 % of a file's sentences have more than 25 words; one always may
   word     no word of WORDS, which also says what to write instead
+  words    the documents (*.md in ROOT and docs/) have at most MOST_WORDS words; only without a PATH
 
 Code, formulas in blocks, headings and link targets have no length; a span in backquotes is one word. Words are sought
-in comments and prose outside of backquotes; names of identifiers are sought inside of them, too.
+in comments and prose outside of backquotes; names of identifiers are sought inside of them, too. The words of a document
+are all that have a letter or a digit, also in tables and headings, outside of blocks of code and generated parts.
 
 It prints one line for each finding (file:line: rule: what to write instead) and exits with 1 when there is one. With
---report it prints a table with a row for each folder, no findings, and exits with 0.
+--report it prints a table with a row for each folder, the words of each document, no findings, and exits with 0.
 """
 import ast
 import collections
@@ -22,6 +24,7 @@ import sys
 import tokenize
 
 LONGEST, LONG, SHARE = 40, 25, 0.05
+MOST_WORDS = 30000
 SKIPPED = {"build", ".git", "third_party", "node_modules"}
 DOCUMENTS, C_FAMILY = {".md"}, {".cpp", ".hpp", ".idl", ".h"}
 # Comments in these begin with "#".
@@ -107,6 +110,16 @@ def without_markup(text):
     text = re.sub(r"<!--.*?-->", lambda found: "\n" * found[0].count("\n"), text, flags=re.S)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     return re.sub(r"\*\*|__", "", text)
+
+
+def words_of(document):
+    """How many words a document has by the rule `words`."""
+    prose = re.sub(r"<!-- generated.*?<!-- end -->|```.*?```", "", document, flags=re.S)
+    return sum(1 for line in prose.splitlines() if not line.startswith("    ") for word in line.split() if re.search(r"[^\W_]", word))
+
+
+def is_document(file):
+    return file.suffix in DOCUMENTS and (len(file.parts) == 1 or file.parts[0] == "docs")
 
 
 LIST_ITEM = re.compile(r"\s*(?:[-*+•]|\d+[.)])\s+")
@@ -300,6 +313,12 @@ def report(judged):
         print(f"{name:44} {count:9} {total:6} {long:8} {100 * long / max(count, 1):5.1f}% {longest:8} {over:8} {word:6}")
 
 
+def report_words(words):
+    print(f"\nwords of documents, outside of blocks of code and generated parts: {sum(words.values()):,} (limit {MOST_WORDS:,})")
+    for file, count in sorted(words.items(), key=lambda item: (-item[1], item[0])):
+        print(f"{count:7,} {file}")
+
+
 def main(arguments):
     wants_report = "--report" in arguments
     arguments = [argument for argument in arguments if argument != "--report"]
@@ -307,10 +326,15 @@ def main(arguments):
         sys.exit("usage: language.py [--report] ROOT [PATH…]")
     root = pathlib.Path(arguments[0]).resolve()
     judged = {file: Judged((root / file).read_text(encoding="utf-8"), kind_of(root / file)) for file in files_below(root, arguments[1:])}
+    words = {file: words_of((root / file).read_text(encoding="utf-8")) for file in judged if is_document(file)}
     if wants_report:
         report(judged)
+        report_words(words)
         return 0
     findings = [f"{file}:{found.line}: {found.rule}: {found.text}" for file, result in judged.items() for found in result.findings]
+    if len(arguments) == 1 and sum(words.values()) > MOST_WORDS:
+        findings.append(f"documents: words: {sum(words.values()):,} words in {len(words)} documents (limit {MOST_WORDS:,}): say each thing "
+                        "once and link to it, or cut what a help text, a header or an IDL file says; --report has the words of each document")
     print("\n".join(findings) or f"the language of {len(judged)} files holds")
     return 1 if findings or not judged else 0
 

@@ -7,6 +7,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 | cli.md | commands of `hecaton man`, `hecaton-strategies man`, exit codes of `hecaton --help` and `hecaton-chaos --help`: generated |
 | topics.md | services/bus/topics.hpp and idl/: generated |
 | robots.md | `hecaton robots`: generated |
+| ready-cells.md | the first sentence of each cell file in deploy/cells: generated |
 | faults.md | idl/cause.idl: each fault kind has its section, and the other causes are a generated list |
 | all documents | --help: the commands and options of `hecaton`, `hecaton-strategies` and `hecaton-chaos` in code exist |
 | docs/README.md | docs/: it lists every page; the list of design notes is generated |
@@ -14,6 +15,7 @@ usage: reference_pages.py ROOT BIN [--write]     BIN: the folder of the programs
 """
 import argparse
 import difflib
+import itertools
 import json
 import pathlib
 import re
@@ -154,6 +156,26 @@ def robots_parts(binaries):
     for robot in json.loads(output(binaries / "hecaton", "robots", "-o", "json"))["robots"]:
         makers.setdefault(robot["title"].split()[0].replace("Universal", "Universal Robots"), []).append(f"`{robot['name']}`")
     return {"robots": "".join(f"- {maker}: {', '.join(names)}\n" for maker, names in sorted(makers.items()))}
+
+
+# --- ready-cells.md
+
+
+def sentence_of(cell):
+    """The first sentence of a cell file, without a figure or section of a paper, and without details behind a semicolon or a colon."""
+    lines = itertools.takewhile(lambda line: line.startswith("#"), cell.read_text(encoding="utf-8").splitlines())
+    sentence = re.match(r".+?(?<!fig)\.(?=\s+[A-Z\[]|$)", " ".join(line[1:].strip() for line in lines)).group()
+    text = re.sub(r"^\[\w+\] (fig\.|sections?) [\d to]+: ", "", sentence.rstrip("."))
+    text = re.split("[:;] ", text)[0]
+    return (text[0].upper() + text[1:]).replace("|", "\\|")
+
+
+def cells_part(root):
+    """A row for each cell, with the picture that docs/figures/draw_cells.py draws."""
+    folder = root / "deploy/cells"
+    rows = [(cell.relative_to(folder).with_suffix(""), cell) for cell in [*sorted(folder.glob("*.yaml")), *sorted(folder.glob("named/*.yaml"))]]
+    return {"cells": "| cell | as it starts | what it is |\n|---|---|---|\n" + "".join(
+        f"| `{name}` | ![{name}](../figures/cells/{cell.stem}.png) | {sentence_of(cell)} |\n" for name, cell in rows)}
 
 
 # --- faults.md
@@ -413,7 +435,8 @@ def main():
     folder = options.root / "docs/reference"
     findings = []
     for name, parts in (("cli.md", cli_parts(options.bin)), ("topics.md", topics_parts(options.root)),
-                        ("robots.md", robots_parts(options.bin)), ("faults.md", causes_part(options.root)), ("../README.md", index_part(options.root))):
+                        ("robots.md", robots_parts(options.bin)), ("faults.md", causes_part(options.root)),
+                        ("ready-cells.md", cells_part(options.root)), ("../README.md", index_part(options.root))):
         page = (folder / name).read_text()
         fresh = renewed(page, parts)
         absent = set(parts) - {match[1] for match in GENERATED.findall(page)}

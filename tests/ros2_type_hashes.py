@@ -1,4 +1,5 @@
-"""Checks the type hashes of services/ros2_messages/ros2_types.hpp against the types of idl/ros2/ros2.idl.
+"""Checks the types of idl/ros2/ros2.idl against those of ROS 2, by their hashes: tests/data/ros2_type_hashes.txt has ROS 2's own.
+Checks the hashes of services/ros2_messages/ros2_types.hpp against the types of idl/ros2/ros2.idl.
 
 usage: ros2_type_hashes.py ROOT [--write]
 
@@ -90,9 +91,45 @@ def all_types(root):
     return types
 
 
+def node_names(root):
+    """The types of the announcement of nodes, of each distribution under the one name that ROS 2 has for both."""
+    text = (root / "tests/cell/interop/discovery.idl").read_text(encoding="utf-8")
+    types = read_idl(text)
+    humble = {name: fields for name, fields in types.items() if "/humble/" in name}
+    jazzy = {name: fields for name, fields in types.items() if "/msg/" in name}
+    renamed = json.loads(json.dumps(humble).replace("rmw_dds_common/humble/", "rmw_dds_common/msg/"))
+    return {"humble": renamed, "jazzy": jazzy}
+
+
+def published_hashes(root):
+    """{(distribution or "", type): hash} of the file with ROS 2's own hashes."""
+    rows = [line.split() for line in (root / "tests/data/ros2_type_hashes.txt").read_text(encoding="utf-8").splitlines()
+            if line and not line.startswith("#")]
+    return {(row[2] if len(row) > 2 else "", row[0]): row[1] for row in rows}
+
+
+def differences(root, types):
+    """A sentence for each type of ours that ROS 2 does not have, or has with other fields."""
+    published = published_hashes(root)
+    ours = {("", name): type_hash(types, name) for name in types}
+    for distribution, named in node_names(root).items():
+        ours.update({(distribution, name): type_hash(named, name) for name in named})
+    for key in sorted(ours.keys() | published.keys()):
+        name = " of ".join(filter(None, reversed(key)))
+        if key not in published:
+            yield f"tests/data/ros2_type_hashes.txt: no hash of {name}; add the one that ROS 2 publishes"
+        elif key not in ours:
+            yield f"tests/data/ros2_type_hashes.txt: {name} is no type of idl/ros2/ros2.idl or discovery.idl; remove it"
+        elif ours[key] != published[key]:
+            yield f"{name}: fields differ from those of ROS 2 (hash {ours[key]}, in ROS 2 {published[key]})"
+
+
 def main():
     root = pathlib.Path(sys.argv[1])
     types = all_types(root)
+    if wrong := list(differences(root, types)):
+        print(*wrong, sep="\n")
+        return 1
     header = root / "services/ros2_messages/ros2_types.hpp"
     row = re.compile(r'("([\w]+/[\w]+/\w+)",\s*")([0-9a-f]*)(")')
     text = header.read_text(encoding="utf-8")

@@ -123,6 +123,15 @@ class CommentTest(unittest.TestCase):
         self.assertEqual(rules("// The rule of clang-format: nobody moves.\n", ".cpp"), [(1, "word")])
 
 
+class WordsTest(unittest.TestCase):
+    def test_counts_prose_headings_and_tables(self):
+        self.assertEqual(language.words_of("# Two words\n\nOne – two, `three`.\n\n| a | 5 mm |\n|---|---|\n"), 8)
+
+    def test_leaves_out_code_and_generated_parts(self):
+        page = "One.\n\n    hecaton up\n\n```\nhecaton up\n```\n<!-- generated: x -->\nNone of these.\n<!-- end -->\nTwo.\n"
+        self.assertEqual(language.words_of(page), 2)
+
+
 class ProgramTest(unittest.TestCase):
     def run_in(self, files, *arguments):
         """Exit code and lines of a run over these files."""
@@ -133,6 +142,14 @@ class ProgramTest(unittest.TestCase):
                 path.write_text(text)
             code = language.main([folder if argument == "ROOT" else argument for argument in arguments])
         return code, out.getvalue().splitlines()
+
+    def test_limits_the_words_of_all_documents(self):
+        half = "One two.\n" * (language.MOST_WORDS // 4)
+        files = {"docs/a.md": half, "README.md": half, "examples/b.md": "Not one of them.\n"}
+        self.assertEqual(self.run_in(files, "ROOT")[0], 0)
+        code, lines = self.run_in({**files, "docs/c.md": "More.\n"}, "ROOT")
+        self.assertEqual(code, 1)
+        self.assertIn(f"documents: words: {language.MOST_WORDS + 1:,} words in 3 documents (limit {language.MOST_WORDS:,})", lines[0])
 
     def test_prints_file_line_and_rule_and_fails(self):
         code, lines = self.run_in({"docs/a.md": "\nNobody moves.\n", "docs/b.md": SHORT}, "ROOT")
@@ -156,7 +173,9 @@ class ProgramTest(unittest.TestCase):
         code, lines = self.run_in({"docs/a.md": f"{LONG}\n\n{TOO_LONG}\n", "src/in/a.cpp": "// Nobody moves.\n"}, "--report", "ROOT")
         self.assertEqual(code, 0)
         self.assertEqual([" ".join(line.split()) for line in lines[1:]],
-                         ["docs (documents) 2 71 2 100.0% 41 1 0", "src/in (comments) 0 0 0 0.0% 0 0 1", "all 2 71 2 100.0% 41 1 1"])
+                         ["docs (documents) 2 71 2 100.0% 41 1 0", "src/in (comments) 0 0 0 0.0% 0 0 1", "all 2 71 2 100.0% 41 1 1", "",
+                          f"words of documents, outside of blocks of code and generated parts: 71 (limit {language.MOST_WORDS:,})",
+                          "71 docs/a.md"])
 
 
 if __name__ == "__main__":

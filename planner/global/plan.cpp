@@ -239,10 +239,12 @@ std::optional<std::string> reject(const Validity& validity, std::string_view whi
   const Validity::Nearest tightest = validity.tightest(q);
   if (tightest.distance <= 0.0) {
     out << " is in collision: " << tightest.a << " and " << tightest.b << " overlap by " << -1e3 * tightest.distance
-        << " mm";
+        << " mm (minimum distance " << 1e3 * tightest.required << " mm); choose another " << which
+        << ", or move what is in the way";
   } else {
     out << " is too close to collision: " << tightest.a << " and " << tightest.b << " are " << 1e3 * tightest.distance
-        << " mm apart (minimum " << 1e3 * tightest.required << " mm)";
+        << " mm apart (minimum distance " << 1e3 * tightest.required << " mm); choose another " << which
+        << ", or ask for less clearance";
   }
   return out.str();
 }

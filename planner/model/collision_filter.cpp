@@ -21,6 +21,7 @@ namespace {
 struct Region {
   JointVector middle;
   JointVector half_width;
+  double distance = 0.0;  ///< sign · d at the middle [m]
 };
 
 RateBounds rate_bounds(const RobotModel& model, int a, int b) {
@@ -44,10 +45,10 @@ struct HeldJoint {
   double position = 0.0;
 };
 
-/// Proves sign · d > bound for the distance d of a and b in all configurations. Branch and bound with RateBounds.
-bool proven_everywhere(const RobotModel& model, int a, int b, const PairDistance& distance, double sign, double bound,
-                       int budget, const HeldJoint& held = {}) {
-  const RateBounds bounds = rate_bounds(model, a, b);
+/// Proves sign · d > bound for the distance d of a and b in all configurations. Branch and bound with their RateBounds.
+/// Of two halves the one with the smaller value comes first: without a proof it leads to a counterexample.
+bool proven_everywhere(const RobotModel& model, int a, int b, const RateBounds& bounds, const PairDistance& distance,
+                       double sign, double bound, int budget, const HeldJoint& held = {}) {
   const int n = model.joints();
   Region everything{RateBounds::reference(model), JointVector::Zero(n)};
   for (const int j : bounds.joints()) {
@@ -64,27 +65,35 @@ bool proven_everywhere(const RobotModel& model, int a, int b, const PairDistance
   }
 
   Kinematics kinematics;
+  int evaluations = 0;
+  // False: the middle is a counterexample, or the budget is used up.
+  const auto evaluate = [&](Region& region) {
+    if (evaluations++ >= budget) return false;
+    forward_kinematics(model, Pose::Identity(), region.middle, kinematics);
+    region.distance = sign * pair_distance(model, a, b, distance, kinematics);
+    return region.distance > bound;
+  };
+  if (!evaluate(everything)) return false;
   std::vector<Region> open{everything};
-  for (int evaluations = 0; !open.empty(); ++evaluations) {
-    if (evaluations >= budget) return false;
+  while (!open.empty()) {
     const Region region = open.back();
     open.pop_back();
-    forward_kinematics(model, Pose::Identity(), region.middle, kinematics);
-    const double d = sign * pair_distance(model, a, b, distance, kinematics);
-    if (!(d > bound)) return false;
     double change = 0.0;
     int widest = 0;
     for (int i = 0; i < n; ++i) {
       change += bounds.rates()[i] * region.half_width[i];
       if (bounds.rates()[i] * region.half_width[i] > bounds.rates()[widest] * region.half_width[widest]) widest = i;
     }
-    if (d - change > bound) continue;
-    Region half = region;
-    half.half_width[widest] *= 0.5;
-    half.middle[widest] = region.middle[widest] - half.half_width[widest];
-    open.push_back(half);
-    half.middle[widest] = region.middle[widest] + half.half_width[widest];
-    open.push_back(half);
+    if (region.distance - change > bound) continue;
+    Region low = region;
+    low.half_width[widest] *= 0.5;
+    Region high = low;
+    low.middle[widest] -= low.half_width[widest];
+    high.middle[widest] += high.half_width[widest];
+    if (!evaluate(low) || !evaluate(high)) return false;
+    if (low.distance < high.distance) std::swap(low, high);
+    open.push_back(std::move(low));
+    open.push_back(std::move(high));
   }
   return true;
 }
@@ -92,11 +101,11 @@ bool proven_everywhere(const RobotModel& model, int a, int b, const PairDistance
 }  // namespace
 
 bool proven_apart(const RobotModel& model, int a, int b, const PairDistance& distance, double apart, int budget) {
-  return proven_everywhere(model, a, b, distance, 1.0, apart, budget);
+  return proven_everywhere(model, a, b, rate_bounds(model, a, b), distance, 1.0, apart, budget);
 }
 
 bool proven_within(const RobotModel& model, int a, int b, const PairDistance& distance, double within, int budget) {
-  return proven_everywhere(model, a, b, distance, -1.0, -within, budget);
+  return proven_everywhere(model, a, b, rate_bounds(model, a, b), distance, -1.0, -within, budget);
 }
 
 namespace {
@@ -253,16 +262,34 @@ void filter_close_pairs(RobotModel& model, const PairDistance& distance, const F
                           ", therefore they keep smaller distances than other links: " + names(model, may_touch));
 }
 
+int joints_between(const RobotModel& model, int a, int b) {
+  return std::abs(axes_before(model, model.geometry[a].link) - axes_before(model, model.geometry[b].link));
+}
+
 /// Positions of a turn at which a joint may be blocked; a divisor of 360, so that half a turn is one of them.
 constexpr int kTurnPositions = 24;
 
+/// A pair whose distance a joint changes.
+struct TurnedPair {
+  std::pair<int, int> pair;
+  RateBounds bounds;
+};
+
+std::vector<TurnedPair> pairs_turned_by(const RobotModel& model, int joint) {
+  std::vector<TurnedPair> turned;
+  for (const auto& pair : model.self_pairs) {
+    RateBounds bounds = rate_bounds(model, pair.first, pair.second);
+    if (bounds.joints().contains(joint)) turned.push_back({pair, std::move(bounds)});
+  }
+  return turned;
+}
+
 /// True if a pair overlaps in every posture with `joint` at `position` [rad].
-bool blocked_at(const RobotModel& model, int joint, double position, const PairDistance& distance,
-                const FilterOptions& options) {
-  return std::any_of(model.self_pairs.begin(), model.self_pairs.end(), [&](const std::pair<int, int>& pair) {
-    if (!rate_bounds(model, pair.first, pair.second).joints().contains(joint)) return false;
-    return proven_everywhere(model, pair.first, pair.second, distance, -1.0, 0.0, options.proof_budget,
-                             {joint, position});
+bool blocked_at(const RobotModel& model, const std::vector<TurnedPair>& turned, int joint, double position,
+                const PairDistance& distance, const FilterOptions& options) {
+  return std::any_of(turned.begin(), turned.end(), [&](const TurnedPair& one) {
+    return proven_everywhere(model, one.pair.first, one.pair.second, one.bounds, distance, -1.0, 0.0,
+                             options.proof_budget, {joint, position});
   });
 }
 
@@ -273,10 +300,11 @@ std::optional<std::pair<double, double>> passable_range(const RobotModel& model,
   const double lower = endless ? -kWholeTurn : model.limits.lower[joint];
   const double upper = endless ? kWholeTurn : model.limits.upper[joint];
   if (upper - lower <= kWholeTurn) return std::nullopt;
+  const std::vector<TurnedPair> turned = pairs_turned_by(model, joint);
   std::vector<double> bounds;
   for (int k = 0; k < kTurnPositions; ++k) {
     const double position = kWholeTurn * k / kTurnPositions;
-    if (!blocked_at(model, joint, position, distance, options)) continue;
+    if (!blocked_at(model, turned, joint, position, distance, options)) continue;
     for (double at = position + kWholeTurn * std::ceil((lower - position) / kWholeTurn); at <= upper;
          at += kWholeTurn) {
       bounds.push_back(at);
@@ -333,10 +361,17 @@ void automatic_filter(RobotModel& model, const PairDistance& distance, const Fil
     remove(model, always_touching(model, distance, options),
            "touch in nearly every posture, or are nearer than " + millimetres(options.contact));
   Pairs apart;
+  Pairs never_touching;
   for (const auto& [a, b] : model.self_pairs) {
-    if (proven_apart(model, a, b, distance, options.apart, options.proof_budget)) apart.emplace_back(a, b);
+    if (proven_apart(model, a, b, distance, options.apart, options.proof_budget)) {
+      apart.emplace_back(a, b);
+    } else if (joints_between(model, a, b) == 2 &&
+               proven_apart(model, a, b, distance, options.touching, options.close_budget)) {
+      never_touching.emplace_back(a, b);
+    }
   }
   remove(model, apart, "provably never come near each other");
+  remove(model, never_touching, "have two joints between them and provably never touch");
   filter_close_pairs(model, distance, options);
   end_blocked_turns(model, distance, options);
 }

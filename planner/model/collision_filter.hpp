@@ -27,12 +27,14 @@ struct FilterOptions {
   double close = 0.25;      ///< pairs whose distance never exceeds this are listed as close [m]
   double adjacent = 0.05;  ///< below this widest distance [m] a pair needs no margin, only a proof that it cannot touch
   double touching = 1e-3;  ///< least distance of a pair that provably cannot touch [m]
-  int close_budget = 20000;  ///< distance evaluations for each proof about an adjacent pair
+  int close_budget = 20000;  ///< distance evaluations for each proof that a pair never touches, or is adjacent
 };
 
-/// Removes three kinds of pairs from model.self_pairs:
+/// Removes four kinds of pairs from model.self_pairs:
 /// - pairs that touch, or nearly touch, in nearly every sampled configuration: their shapes overlap by construction;
 /// - pairs that provably stay apart in all configurations within the limits;
+/// - pairs with two joints between them, such as a base and an upper arm, that provably never touch: where those joints
+///   bring them near, no other joint parts them, so that the arm could not pass;
 /// - adjacent pairs, which no posture brings far apart, that provably never touch.
 /// A pair without proof stays, even if no sample touches. Then lists the close pairs among the rest in close_pairs, and
 /// narrows limits of joints whose other turns no motion reaches. Adds notes and details. Deterministic for a

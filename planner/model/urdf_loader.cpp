@@ -207,7 +207,7 @@ class ModelBuilder {
   /// The tool link that the SRDF names, if it names one of the tree's below the base.
   std::string tool_of_srdf(const std::vector<TreeLink>& tree, const std::string& base_link) {
     if (options_.srdf_path.empty()) return {};
-    std::string link = srdf_tool_link(options_.srdf_path, base_link, sources_);
+    std::string link = srdf_tool_link(options_.srdf_path, tree, base_link, sources_);
     if (index_of_link(tree, link) < 0) return {};
     model_->notes.push_back("link " + in_quotes(link) + " is taken as the tool, because the SRDF names it");
     return link;

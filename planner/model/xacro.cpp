@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,7 +16,9 @@
 #include <system_error>
 #include <vector>
 
+#include <poll.h>
 #include <spawn.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -134,9 +139,29 @@ std::vector<char*> pointers(std::vector<std::string>& words) {
   return all;
 }
 
-/// Starts the program and waits for its end. Empty when the PATH does not have it, else its exit status.
-std::optional<int> run(std::vector<std::string> words, const PackageIndex& index, std::FILE* output,
-                       std::FILE* errors) {
+/// Kills the child at the time limit, so that it ends soon in any case. False: it was killed.
+bool ends_in_time(pid_t child, std::chrono::seconds time_limit) {
+  const auto end = std::chrono::steady_clock::now() + time_limit;
+  const int fd = static_cast<int>(syscall(SYS_pidfd_open, child, 0));
+  if (fd < 0) return true;  // a kernel before Linux 5.3: no limit
+  int ready = 0;
+  do {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    pollfd ended{fd, POLLIN, 0};
+    ready = poll(&ended, 1, static_cast<int>(std::max<std::int64_t>(0, left.count())));
+  } while (ready < 0 && errno == EINTR);
+  close(fd);
+  if (ready != 0) return true;
+  kill(child, SIGKILL);
+  return false;
+}
+
+constexpr int kTookTooLong = -2;
+
+/// Starts the program and waits for its end. Empty when the PATH does not have it, else its exit status, or
+/// kTookTooLong.
+std::optional<int> run(std::vector<std::string> words, const PackageIndex& index, std::chrono::seconds time_limit,
+                       std::FILE* output, std::FILE* errors) {
   std::vector<std::string> environment = index.environment();
   const std::vector<char*> arguments = pointers(words);
   const std::vector<char*> variables = pointers(environment);
@@ -148,10 +173,12 @@ std::optional<int> run(std::vector<std::string> words, const PackageIndex& index
   const int error = posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), variables.data());
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) return std::nullopt;
+  const bool in_time = ends_in_time(child, time_limit);
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return -1;
   }
+  if (!in_time) return kTookTooLong;
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -173,7 +200,8 @@ constexpr std::size_t kMostFoundPackages = 64;
 
 std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources,
                                         const XacroOptions& options) try {
-  std::vector<std::string> words{"xacro", sources.place(path).string()};
+  // Absolute, so that no path begins with a dash, as options do.
+  std::vector<std::string> words{"xacro", fs::absolute(sources.place(path)).string()};
   for (const auto& [name, value] : options.arguments) words.push_back(name + ":=" + value);
   std::map<std::string, std::string> packages = options.packages;
   // xacro names one missing package at a time.
@@ -181,8 +209,14 @@ std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& so
     const TemporaryFile output(std::tmpfile());
     const TemporaryFile errors(std::tmpfile());
     if (!output || !errors) throw ModelError(path + ": there is no temporary file for the output of xacro");
-    const std::optional<int> status = run(words, PackageIndex(packages), output.get(), errors.get());
+    const std::optional<int> status =
+        run(words, PackageIndex(packages), options.time_limit, output.get(), errors.get());
     if (!status) return std::nullopt;
+    if (*status == kTookTooLong) {
+      throw ModelError(path + ": the program xacro did not end within " + std::to_string(options.time_limit.count()) +
+                       " s and was killed: look for a macro that includes itself, or expand the file first (xacro "
+                       "in.xacro > out.urdf)");
+    }
     if (*status == 0) return written(output.get());
     const std::string reason = reason_of_failure(written(errors.get()));
     const std::string missing = missing_package(reason);

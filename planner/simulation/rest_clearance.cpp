@@ -68,14 +68,11 @@ int sweep_samples(const world::Obstacle& obstacle) {
 
 }  // namespace
 
-// True if a pair of arm i that `counts` selects is nearer than `distance` [m]; found_ begins with it. `others`: the
-// other arms considered; empty optional: all.
+// True if a pair of arm i that `counts` selects is nearer than `within`; found_ begins with it.
 template <class Counts>
-bool RestClearance::near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
-                         const Counts& counts, std::optional<std::span<const int>> others) {
-  const int count = distances_[i].clearances(
-      {&kinematics_[i], kinematics_, obstacles},
-      {.others = distance, .self = self_distance, .near_arms = others, .self_share = kRestShare}, found_);
+bool RestClearance::near(int i, const InfluenceDistances& within, std::span<const world::ObstacleState> obstacles,
+                         const Counts& counts) {
+  const int count = distances_[i].clearances({&kinematics_[i], kinematics_, obstacles}, within, found_);
   const auto end = found_.begin() + count;
   const auto first = std::find_if(found_.begin(), end, counts);
   if (first == end) return false;
@@ -101,7 +98,9 @@ bool RestClearance::clear_alone(int i, const JointVector& q) {
   const double self_distance = cell_.arms[i].parameters.damper.self_security_distance + 0.5 * kRestMargin;
   const auto alone = [&](const Clearance& c) { return !of_arms(c) && !unavoidably_near(i, c); };
   for (const auto& states : sweep_) {
-    if (!near(i, distance, self_distance, states, alone, kNoArms)) continue;
+    const InfluenceDistances rest{
+        .others = distance, .self = self_distance, .near_arms = kNoArms, .self_share = kRestShare};
+    if (!near(i, rest, states, alone)) continue;
     count_obstruction(i, distance, self_distance);
     return false;
   }
@@ -110,13 +109,13 @@ bool RestClearance::clear_alone(int i, const JointVector& q) {
 
 bool RestClearance::clear_of(int i, const JointVector& q, std::span<const int> others) {
   place(i, q);
-  return !near(i, rest_distance(i), 0.0, sweep_.front(), of_arms, others);
+  return !near(i, {.others = rest_distance(i), .self = 0.0, .near_arms = others}, sweep_.front(), of_arms);
 }
 
 bool RestClearance::clear_of_each_other(const CellConfiguration& q) {
   place(q);
   for (int i = 0; i < arms(); ++i) {
-    if (near(i, rest_distance(i), 0.0, sweep_.front(), of_arms)) return false;
+    if (near(i, {.others = rest_distance(i), .self = 0.0}, sweep_.front(), of_arms)) return false;
   }
   return true;
 }
@@ -133,22 +132,25 @@ bool RestClearance::clear_at(double time, const CellConfiguration& q) {
   }
   place(q);
   for (int i = 0; i < arms(); ++i) {
-    if (near(i, rest_distance(i), 0.0, states, passes, kNoArms)) return false;
+    if (near(i, {.others = rest_distance(i), .self = 0.0, .near_arms = kNoArms}, states, passes)) return false;
   }
   return true;
 }
 
-bool RestClearance::touches_alone(int i, const JointVector& q) {
+bool RestClearance::stopped_alone(int i, const JointVector& q) {
   place(i, q);
-  const auto touches = [&](const Clearance& c) { return !of_arms(c) && c.distance <= 0.0 && !unavoidably_near(i, c); };
-  return near(i, 0.0, 0.0, sweep_.front(), touches, kNoArms);
+  const auto stops = [&](const Clearance& c) { return !of_arms(c) && !unavoidably_near(i, c); };
+  const double of_itself = cell_.arms[i].parameters.damper.self_security_distance;
+  return near(i, {.others = 0.0, .self = of_itself, .near_arms = kNoArms, .self_share = kSecurityShare}, sweep_.front(),
+              stops);
 }
 
 void RestClearance::note_touching(const CellConfiguration& q, bool obstacles, std::vector<bool>& touched) {
   const auto not_self = [](const Clearance& c) { return c.counterpart != Counterpart::kSelf; };
   bool (*const counts)(const Clearance&) = obstacles ? +not_self : &of_arms;
   place(q);
-  for (int i = 0; i < arms(); ++i) touched[i] = touched[i] || near(i, 0.0, 0.0, sweep_.front(), counts);
+  for (int i = 0; i < arms(); ++i)
+    touched[i] = touched[i] || near(i, {.others = 0.0, .self = 0.0}, sweep_.front(), counts);
 }
 
 const Pose& RestClearance::tool(int i, const JointVector& q) {

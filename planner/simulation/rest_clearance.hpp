@@ -34,8 +34,9 @@ class RestClearance {
   /// The arms at `q` are clear of the scripted obstacles at world time `time` [s].
   [[nodiscard]] bool clear_at(double time, const CellConfiguration& q);
 
-  /// Arm i at `q` touches itself or an obstacle at its first place.
-  [[nodiscard]] bool touches_alone(int i, const JointVector& q);
+  /// Arm i at `q` touches an obstacle at its first place, or has two own links nearer than their security distance:
+  /// nothing that the arm does leads past there.
+  [[nodiscard]] bool stopped_alone(int i, const JointVector& q);
   /// Notes in `touched` each arm that touches another one at `q`; with `obstacles`, or an obstacle at its first place.
   void note_touching(const CellConfiguration& q, bool obstacles, std::vector<bool>& touched);
 
@@ -60,8 +61,8 @@ class RestClearance {
   void sweep_obstacles();
   void count_obstruction(int i, double distance, double self_distance);
   template <class Counts>
-  bool near(int i, double distance, double self_distance, std::span<const world::ObstacleState> obstacles,
-            const Counts& counts, std::optional<std::span<const int>> others = {});
+  bool near(int i, const InfluenceDistances& within, std::span<const world::ObstacleState> obstacles,
+            const Counts& counts);
 
   const Cell& cell_;
   std::vector<CellGeometry> geometries_;  ///< one per arm as the own arm

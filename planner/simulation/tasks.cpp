@@ -22,6 +22,8 @@ constexpr int kStraightSamples = 60;
 constexpr double kTurnsMoreThanOnce = 3.0 * std::numbers::pi;
 /// Postures drawn for an arm whose tool stays on a surface, until its tool lies in the task area.
 constexpr int kPostures = 500;
+/// Trials to draw arms one after the other. The first arms may leave no place for the last.
+constexpr int kOneByOne = 5;
 /// The tool lies in the task area within this distance [m].
 constexpr double kAreaTolerance = 1e-3;
 
@@ -119,11 +121,17 @@ struct TaskGenerator::Impl {
       const std::size_t turn = random.next() % 2;
       return draw_in_areas(std::vector<std::size_t>(arms(), turn), random, attempts);
     }
-    return cell.tasks.of_each_arm ? draw_each(random, attempts) : draw_all(random, attempts);
+    if (cell.tasks.of_each_arm) return draw_each(random, attempts);
+    auto drawn = draw_all(random, attempts);
+    const bool each_alone =
+        std::all_of(tallies.begin(), tallies.end(), [](const DrawTally& tally) { return tally.clear; });
+    // Four arms around one place are hardly ever clear of each other when they are drawn independently.
+    for (int k = 0; !drawn && each_alone && arms() > 1 && k < kOneByOne; ++k) drawn = draw_each(random, attempts);
+    return drawn;
   }
 
-  /// For areas of their own: draws one arm after the other until it is clear of those before. Many arms drawn together
-  /// would hardly ever be clear of each other.
+  /// For areas of their own, and where draw_all() fails: draws one arm after the other until it is clear of those
+  /// before. Many arms drawn together would hardly ever be clear of each other.
   std::optional<CellConfiguration> draw_each(Random& random, int attempts) {
     CellConfiguration q;
     std::vector<int> placed;
@@ -160,7 +168,7 @@ struct TaskGenerator::Impl {
       const Arm& arm = cell.arms[i].arm;
       if (!turns_more_than_once(arm)) continue;
       goals[i] = turns_with_free_way(arm, goals[i], starts[i],
-                                     [&](const JointVector& q) { return !clearance.touches_alone(i, q); });
+                                     [&](const JointVector& q) { return !clearance.stopped_alone(i, q); });
     }
   }
 

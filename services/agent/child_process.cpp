@@ -106,7 +106,7 @@ int moved_up(int descriptor, int pipe) {
   const int nothing = open("/dev/null", O_RDONLY);
   if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0) report_and_leave(pipe);
   if (*log != '\0') {
-    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0644);
+    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
     if (file < 0 || dup2(file, STDOUT_FILENO) < 0 || dup2(file, STDERR_FILENO) < 0) report_and_leave(pipe);
   }
   const int heartbeats = moved_up(ends.heartbeats, pipe);

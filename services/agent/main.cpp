@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
   try {
     agent.restart = !no_restart;
     agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    services::keep_files_private();
     make_folder(agent.logs);
     config::CellFile file = config::load_cell_file(options.cell);
     if (view && !file.view) file.view.emplace().host = file.hosts.front().name;

@@ -2,11 +2,13 @@
 
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "services/arm_driver/control_setup.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
@@ -61,6 +63,12 @@ bool is_alike(const msg::ToolState& a, const msg::ToolState& b) {
 /// The supervisor publishes the cell mode every 25 ms: it is heard while the last one is younger.
 constexpr std::chrono::milliseconds kSupervised{100};
 
+std::vector<std::string> names_of(const std::vector<PlacedNode>& nodes) {
+  std::vector<std::string> names;
+  for (const PlacedNode& node : nodes) names.push_back(node.node);
+  return names;
+}
+
 std::optional<msg::Cause> hold_of(const CellModeView& mode, const std::string& arm) {
   if (mode.order(arm) == msg::Mode::MODE_RUN) return std::nullopt;
   return mode.why(arm);
@@ -102,6 +110,7 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
     : name_(file.cell.arms[arm].arm.name),
       participant_(make_participant(file, options, Role::kDriver, driver_node(name_), &mailbox_)),
       modes_(participant_, &mailbox_),
+      planners_(names_of(planners_of(file, static_cast<std::size_t>(arm)))),
       readers_{bus::Reader<msg::ArmCommand>(participant_, &mailbox_, {.keys = {name_}}),
                bus::Reader<msg::ObstacleShapes>(participant_, &mailbox_),
                bus::Reader<msg::DeviceRequest>(participant_, &mailbox_)},
@@ -120,7 +129,10 @@ ArmDriver::ArmDriver(const config::CellFile& file, int arm, const ServiceOptions
                *device_),
       tool_(file, arm, std::move(signals), beside(options.checkpoint, ".tool"), *device_),
       published_{nanoseconds(state_period(file)), {}, {}} {
-  if (const auto last = checkpoint_.recall()) control_.observe_lease(*last);
+  if (const auto last = checkpoint_.recall()) {
+    participant_.know_term(last->term);
+    control_.observe_lease(*last);
+  }
   state_.arm(name_);
   if (tool_.present()) tool_topics_.emplace(participant_, &mailbox_);
 }
@@ -144,7 +156,7 @@ void ArmDriver::run() {
 }
 
 void ArmDriver::receive() {
-  (void)mailbox_.take_events();
+  for (const bus::Event& event : mailbox_.take_events()) planners_.note(event);
   modes_.update();
   control_.observe_lease(modes_.view().lease(name_));
   const bool supervised = modes_.view().heard() && loop_.now() - modes_.view().received() <= kSupervised;
@@ -160,7 +172,8 @@ void ArmDriver::receive() {
 }
 
 void ArmDriver::take(const bus::Sample<msg::ArmCommand>& sample) {
-  const Judgement judgement = control_.command(sample.value, CommandOrigin{sample.writer, sample.received});
+  const bool named = planners_.is_only(sample.writer, sample.value.node());
+  const Judgement judgement = control_.command(sample.value, CommandOrigin{sample.writer, sample.received, named});
   if (judgement.verdict == Verdict::kRepeated) return;
   if (judgement.verdict == Verdict::kAccepted) {
     log_.accepted(sample);
@@ -294,12 +307,12 @@ void ArmDriver::reply(const msg::DeviceRequest& to, const msg::Cause& cause) {
 // supervisor learns by the arm's state.
 void ArmDriver::report(const bus::Sample<msg::ArmCommand>& sample, const Judgement& judgement) {
   if (judgement.verdict == Verdict::kStaleTerm || judgement.verdict == Verdict::kTooFar) return;
-  const bool second = judgement.verdict == Verdict::kSecondWriter;
-  participant_.refuse({.kind = second ? bus::RefusalKind::kSecondWriter : bus::RefusalKind::kMalformed,
-                       .topic = "ArmCommand",
-                       .sender = sample.writer,
-                       .key = name_,
-                       .text = judgement.cause.text()});
+  const auto kind = [&] {
+    if (judgement.verdict == Verdict::kSecondWriter) return bus::RefusalKind::kSecondWriter;
+    return judgement.verdict == Verdict::kNotGranted ? bus::RefusalKind::kNotGranted : bus::RefusalKind::kMalformed;
+  };
+  participant_.refuse(
+      {.kind = kind(), .topic = "ArmCommand", .sender = sample.writer, .key = name_, .text = judgement.cause.text()});
 }
 
 // The checkpoint comes before the log and the next set-point: when this process is killed, its successor must refuse

@@ -11,6 +11,7 @@
 
 #include "services/arm_driver/arm_control.hpp"
 #include "services/arm_driver/driver_log.hpp"
+#include "services/arm_driver/known_planners.hpp"
 #include "services/arm_driver/tool_control.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
@@ -64,6 +65,7 @@ class ArmDriver {
   bus::Mailbox mailbox_;
   bus::Participant participant_;
   CellModeListener modes_;
+  KnownPlanners planners_;
   struct Readers {
     bus::Reader<msg::ArmCommand> commands;
     bus::Reader<msg::ObstacleShapes> shapes;

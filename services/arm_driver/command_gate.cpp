@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/messages/convert.hpp"
 
 namespace hecaton::services {
@@ -17,6 +18,20 @@ std::optional<std::string> CommandGate::fence(const msg::ArmCommand& command) co
   const bool taken = command.term() == newest.term && !newest.planner.empty() && newest.planner != command.node();
   if (taken) return term() + ", which belongs to " + newest.planner;
   return std::nullopt;
+}
+
+// Without the supervisor a command proves a new lease. An intruder would only have to take a greater term.
+std::optional<std::string> CommandGate::not_granted(const msg::ArmCommand& command,
+                                                    const std::optional<CommandOrigin>& origin) const {
+  const auto term = [&] { return "commands of " + command.node() + " have term " + std::to_string(command.term()); };
+  if (granted_) {
+    if (command.term() <= *granted_) return std::nullopt;
+    return term() + ", but the supervisor has granted only " + std::to_string(*granted_);
+  }
+  const std::uint64_t newest = lease_.newest().term;
+  if (!origin || origin->named || newest == 0 || command.term() <= newest) return std::nullopt;
+  if (followed_ && origin->writer.same_participant(followed_->writer)) return std::nullopt;
+  return term() + ", the supervisor is silent, and their sender is not known as this planner";
 }
 
 bool CommandGate::held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const {
@@ -52,11 +67,7 @@ Judgement CommandGate::judge(const msg::ArmCommand& command, const std::optional
     ++stale_rejected_;
     return refuse(Verdict::kStaleTerm, std::move(*stale));
   }
-  if (granted_ && command.term() > *granted_) {
-    return refuse(Verdict::kNotGranted, "commands of " + command.node() + " have term " +
-                                            std::to_string(command.term()) + ", but the supervisor has granted only " +
-                                            std::to_string(*granted_));
-  }
+  if (auto why = not_granted(command, origin)) return refuse(Verdict::kNotGranted, std::move(*why));
   if (held_by_another(command, origin)) {
     return refuse(Verdict::kSecondWriter, "two participants command the arm as " + command.node() + " under term " +
                                               std::to_string(command.term()));
@@ -78,6 +89,7 @@ LeaseCheckpoint::LeaseCheckpoint(const std::string& path) : record_(path, 0, "th
 std::optional<ArmLease> LeaseCheckpoint::recall() const {
   const auto stored = record_.recall();
   if (!stored || stored->planner.back() != 0) return std::nullopt;
+  if (!bus::is_usable_term(stored->term)) return ArmLease{};
   return ArmLease{stored->planner.data(), stored->term};
 }
 

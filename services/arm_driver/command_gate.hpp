@@ -23,7 +23,7 @@ enum class Verdict {
   kUnusable,      ///< wrong number of joints, a value that is not finite, or no period
   kTooFar,        ///< the set-point is too far from the arm's position
   kSecondWriter,  ///< another participant commands the arm under the same term and name
-  kNotGranted,    ///< of a term that the supervisor, which is heard, has not granted
+  kNotGranted,    ///< of a newer term that neither the supervisor nor its sender proves
 };
 
 struct Judgement {
@@ -35,6 +35,7 @@ struct Judgement {
 struct CommandOrigin {
   bus::EndpointId writer;
   bus::Clock::time_point at;  ///< of its arrival
+  bool named = false;         ///< discovery knows no other participant with the name of this planner
 };
 
 struct CommandLimits {
@@ -57,7 +58,8 @@ class CommandGate {
   /// A message has proved that this lease exists: the gate refuses commands of older terms from now on.
   void observe_lease(const ArmLease& lease) { lease_.update(lease); }
   /// The greatest term that the supervisor has granted for this arm. Empty: the driver does not hear the supervisor.
-  /// A command then proves by itself that its term was granted.
+  /// A command of the participant that the arm followed last, or of one that is `named`, then proves by itself that its
+  /// term was granted.
   void set_granted(std::optional<std::uint64_t> term) { granted_ = term; }
 
   /// Judges a command, except for its distance from the arm (never kTooFar). With kAccepted, set_point() becomes the
@@ -73,6 +75,9 @@ class CommandGate {
  private:
   [[nodiscard]] std::optional<std::string> fence(const msg::ArmCommand& command) const;
   [[nodiscard]] std::optional<std::string> unusable(const msg::ArmCommand& command) const;
+  /// Why the term of the command was not granted; empty when it was.
+  [[nodiscard]] std::optional<std::string> not_granted(const msg::ArmCommand& command,
+                                                       const std::optional<CommandOrigin>& origin) const;
   [[nodiscard]] bool held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const;
 
   int joints_;
@@ -93,7 +98,8 @@ class LeaseCheckpoint {
   /// An empty path keeps nothing. Throws std::runtime_error with a sentence when the file cannot be used.
   explicit LeaseCheckpoint(const std::string& path);
 
-  /// The lease that was stored last.
+  /// The lease that was stored last. Its term is 0 if the stored one is not usable (wire_rules.hpp): the driver would
+  /// refuse every other one.
   [[nodiscard]] std::optional<ArmLease> recall() const;
   /// Stores the lease. Of a planner with a name above 255 bytes it stores the term alone.
   void remember(const ArmLease& lease);

@@ -23,8 +23,9 @@ namespace hecaton::bus {
 class AuthenticationWatch {
  public:
   using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
-  /// A handshake is overdue when for so long neither it nor any other has ended. Many begin at once when a cell starts,
-  /// and on a busy machine they take seconds: to begin them again would take even longer.
+  /// A handshake is overdue when for so long neither it nor any other has ended well. Many begin at once when a cell
+  /// starts, and on a busy machine they take seconds: to begin them again would take even longer. Those that fail do
+  /// not count: an intruder without keys may fail as often as it likes.
   static constexpr std::chrono::seconds kLimit{3};
   /// The same, whatever others do.
   static constexpr std::chrono::seconds kLongest{15};
@@ -39,7 +40,7 @@ class AuthenticationWatch {
   /// The handshake has ended: the endpoints of an authorized peer come next.
   void ended(const Prefix& peer, bool authorized, Clock::time_point now) {
     const std::scoped_lock lock(mutex_);
-    progress_ = now;
+    if (authorized) progress_ = now;
     const auto known = peers_.find(peer);
     if (known == peers_.end()) return;
     if (!authorized) {

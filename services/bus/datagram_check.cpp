@@ -83,12 +83,33 @@ class DatagramCheck::Reader {
   std::size_t at_ = 0;
 };
 
-std::size_t DatagramCheck::Hash::operator()(const Guid& guid) const {
+std::size_t DatagramCheck::Hash::operator()(const Prefix& participant) const {
   std::uint64_t one = 0;
-  std::uint64_t other = 0;
-  std::memcpy(&one, guid.data(), 8);
-  std::memcpy(&other, guid.data() + 8, 8);
+  std::uint32_t other = 0;
+  std::memcpy(&one, participant.data(), 8);
+  std::memcpy(&other, participant.data() + 8, 4);
   return static_cast<std::size_t>((one * 0x9E3779B97F4A7C15U) ^ (other * 0xC2B2AE3D27D4EB4FU));
+}
+
+DatagramCheck::Writer* DatagramCheck::find(const Guid& writer) {
+  const auto all = writers_.find(writer.participant);
+  if (all == writers_.end()) return nullptr;
+  const auto known =
+      std::ranges::find_if(all->second, [&](const Writer& entry) { return entry.entity == writer.entity; });
+  return known == all->second.end() ? nullptr : &*known;
+}
+
+bool DatagramCheck::add(const Guid& guid, const Writer& writer) {
+  Writers& all = writers_[guid.participant];
+  if (all.size() == kWriters) {
+    const auto rank = [](const Writer& entry) { return std::pair(entry.last > kMostListed, entry.heard); };
+    const auto quietest = std::ranges::min_element(all, {}, rank);
+    if (quietest->last > kMostListed) return false;
+    all.erase(quietest);
+  }
+  all.push_back(writer);
+  all.back().entity = guid.entity;
+  return true;
 }
 
 std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point now) {
@@ -106,13 +127,9 @@ std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point
 bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now,
                             std::optional<std::int64_t> passed) {
   const std::scoped_lock lock(mutex_);
-  const auto known = writers_.find(writer);
-  if (known == writers_.end()) {
-    if (number > kFirst) return false;
-    if (writers_.size() < kWriters) writers_.emplace(writer, Writer{number, number, now, now, passed});
-    return true;
-  }
-  Writer& entry = known->second;
+  Writer* const known = find(writer);
+  if (known == nullptr) return number <= kFirst && add(writer, Writer{{}, number, number, now, now, passed});
+  Writer& entry = *known;
   const bool settles = now - entry.since <= kSettling && number <= kFirst;
   if (number > entry.last + longest_leap(entry, now) && !settles) return false;
   if (entry.passed) {
@@ -130,25 +147,22 @@ bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time
 bool DatagramCheck::lists_too_many(const Guid& writer, std::int64_t first, std::int64_t last) {
   const std::scoped_lock lock(mutex_);
   std::int64_t passed = first - 1;
-  const auto known = writers_.find(writer);
-  if (known != writers_.end()) {
-    last = std::max(last, known->second.last);
-    passed = std::max(passed, known->second.passed.value_or(0));
+  if (const Writer* known = find(writer)) {
+    last = std::max(last, known->last);
+    passed = std::max(passed, known->passed.value_or(0));
   }
   return last - passed > kMostListed;
 }
 
 std::int64_t DatagramCheck::last_of(const Guid& writer) {
   const std::scoped_lock lock(mutex_);
-  const auto known = writers_.find(writer);
-  return known == writers_.end() ? 0 : known->second.last;
+  const Writer* known = find(writer);
+  return known == nullptr ? 0 : known->last;
 }
 
 void DatagramCheck::forget(const Prefix& participant) {
   const std::scoped_lock lock(mutex_);
-  std::erase_if(writers_, [&](const auto& entry) {
-    return std::equal(participant.begin(), participant.end(), entry.first.begin());
-  });
+  writers_.erase(participant);
 }
 
 template <class Visit>
@@ -257,7 +271,7 @@ bool DatagramCheck::speaks_of_itself(const Submessage& sample, const Sender& sen
                        parameter == parameter::kKeyHash;
     Prefix named{};
     if (!names || length < named.size() || !list.bytes(named.data(), named.size())) return true;
-    itself = named == sender.participant || !sources_.refuse(named, sender.source, now);
+    itself = named == sender.participant || !refuse_source(named, sender.source, now);
     return itself;
   };
   if ((sample.flags & flag::kParameters) != 0 && !visit_parameters(list, check)) return itself;
@@ -269,12 +283,20 @@ bool DatagramCheck::speaks_of_itself(const Submessage& sample, const Sender& sen
   return itself;
 }
 
+std::optional<std::string_view> DatagramCheck::refuse_source(const Prefix& participant, Address source,
+                                                             Clock::time_point now) {
+  std::optional<Prefix> forgotten;
+  const auto why = sources_.refuse(participant, source, now, &forgotten);
+  if (forgotten) forget(*forgotten);
+  return why;
+}
+
 std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Address source,
                                                       Clock::time_point now) {
   if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return std::nullopt;
   Sender sender{.participant = {}, .source = source};
   std::copy_n(datagram.data() + 8, sender.participant.size(), sender.participant.begin());
-  std::optional<std::string_view> why = sources_.refuse(sender.participant, source, now);
+  std::optional<std::string_view> why = refuse_source(sender.participant, source, now);
   if (why) return why;
   const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
     // Fast DDS aborts the process otherwise.
@@ -290,9 +312,8 @@ std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessa
                                                       Clock::time_point now) {
   Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
   const Prefix& participant = sender.participant;
-  Guid writer{};
-  std::copy(participant.begin(), participant.end(), writer.begin());
-  std::uint8_t* const entity = writer.data() + participant.size();
+  Guid writer{.participant = participant};
+  std::uint8_t* const entity = writer.entity.data();
   const auto endpoints = [&] { return reader.skip(4) && reader.entity(entity); };
   std::int64_t first = 0;
   std::int64_t last = 0;

@@ -14,13 +14,14 @@
 #include <span>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 #include "services/bus/mailbox.hpp"
 #include "services/bus/participant_sources.hpp"
 
 namespace hecaton::bus {
 
-/// Thread-safe. Its memory is bounded by kWriters and by ParticipantSources.
+/// Thread-safe. Its memory is bounded by kWriters and by the participants of ParticipantSources.
 class DatagramCheck {
  public:
   using Prefix = ParticipantSources::Prefix;  ///< of a participant's GUID
@@ -46,7 +47,9 @@ class DatagramCheck {
   static constexpr std::int64_t kMostListed = std::int64_t{1} << 20;
   /// A fragmented sample [byte]. No topic allows more (wire_rules.hpp).
   static constexpr std::uint32_t kMostSampleBytes = 1U << 22U;
-  static constexpr std::size_t kWriters = 8192;
+  /// Writers of a participant whose numbers are known. A further one takes the place of the most silent one. One that
+  /// has sent more than kMostListed samples keeps its place: forgotten, it would be a danger.
+  static constexpr std::size_t kWriters = 256;
 
   /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,
   /// because the middleware ignores them.
@@ -67,15 +70,22 @@ class DatagramCheck {
   [[nodiscard]] static Protection protection(std::span<const std::uint8_t> datagram);
   /// The participant has left or was found again: its writers may continue with any number.
   void forget(const Prefix& participant);
+  /// Discovery has found the participant.
+  void found(const Prefix& participant) { sources_.found(participant); }
   /// The participant has left: it may return with other sockets.
   void unbind(const Prefix& participant) { sources_.forget(participant); }
 
  private:
-  using Guid = std::array<std::uint8_t, 16>;
+  using Entity = std::array<std::uint8_t, 4>;
+  struct Guid {
+    Prefix participant{};
+    Entity entity{};
+  };
   struct Hash {
-    std::size_t operator()(const Guid& guid) const;
+    std::size_t operator()(const Prefix& participant) const;
   };
   struct Writer {
+    Entity entity{};
     std::int64_t first = 0;
     std::int64_t last = 0;
     Clock::time_point since;
@@ -83,6 +93,11 @@ class DatagramCheck {
     /// A reader looks for no sample up to this one; nothing: no HEARTBEAT has told it yet.
     std::optional<std::int64_t> passed{};
   };
+  using Writers = std::vector<Writer>;
+  /// What is known of a writer; null: it is new. Hold mutex_.
+  [[nodiscard]] Writer* find(const Guid& writer);
+  /// False when its participant has too many writers. Hold mutex_.
+  [[nodiscard]] bool add(const Guid& guid, const Writer& writer);
   /// The greatest number of this writer so far; 0: it is new.
   [[nodiscard]] std::int64_t last_of(const Guid& writer);
   /// By how much the writer's next number may exceed its last one.
@@ -108,6 +123,8 @@ class DatagramCheck {
   static bool visit_submessages(std::span<const std::uint8_t> datagram, Visit visit);
   [[nodiscard]] static bool is_departure(const Submessage& submessage);
   [[nodiscard]] static Protection protection(const Submessage& submessage);
+  [[nodiscard]] std::optional<std::string_view> refuse_source(const Prefix& participant, Address source,
+                                                              Clock::time_point now);
   [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Sender& sender,
                                                        Clock::time_point now);
   /// Of a sample of discovery: false when it speaks of a participant for which its sender may not speak.
@@ -118,7 +135,7 @@ class DatagramCheck {
 
   ParticipantSources sources_;
   std::mutex mutex_;
-  std::unordered_map<Guid, Writer, Hash> writers_;
+  std::unordered_map<Prefix, Writers, Hash> writers_;
 };
 
 }  // namespace hecaton::bus

@@ -81,11 +81,12 @@ struct Sample {
 /// Departures of a reader from its topic.
 struct ReaderOptions {
   std::optional<std::chrono::milliseconds> deadline = {};  ///< instead of the topic's; 0: none
-  /// Queue only the newest sample of each key. Default: on best-effort topics.
+  /// Queue only the newest sample of each key. Default: on best-effort topics, unless writers compete for a key.
   std::optional<bool> conflate = {};
   /// On a topic with Qos::partition_per_key: the only arms of which it receives. Empty: all arms.
   std::vector<std::string> keys = {};
-  std::size_t queue = 4096;  ///< most samples that wait for take(); the oldest in excess are dropped and counted
+  /// Most samples that wait for take(), and at most 64 MiB of them; the oldest in excess are dropped and counted.
+  std::size_t queue = 4096;
 };
 
 /// Numbers of samples since the reader was made.
@@ -93,7 +94,7 @@ struct ReaderCounters {
   std::uint64_t received = 0;          ///< all, also those that were dropped
   std::uint64_t overflowed = 0;        ///< dropped because the queue was full
   std::uint64_t unreadable = 0;        ///< dropped as malformed or of another schema version
-  std::uint64_t refused = 0;           ///< dropped as malformed, of a second writer, or too many
+  std::uint64_t refused = 0;           ///< dropped as malformed, of a second writer, or too many samples or keys
   std::uint64_t deadlines_missed = 0;  ///< of living keys, once for each silence
 };
 
@@ -113,8 +114,9 @@ class Reader {
 
   /// The samples that have arrived since the last take() or latest(), oldest first. Never blocks.
   [[nodiscard]] std::vector<Sample<T>> take();
-  /// The newest sample of each key that is not disposed, however old. Consumes what take() would return. Valid until
-  /// the next call of take() or latest().
+  /// The newest sample of each key that is not disposed, however old. Of more keys than Qos::instances, those of
+  /// participants that have left are withdrawn first, then those of the participant with the most. Consumes what take()
+  /// would return. Valid until the next call of take() or latest().
   [[nodiscard]] const Latest& latest();
   /// The newest sample of one key, or null. Valid as above.
   [[nodiscard]] const Sample<T>* latest(std::string_view key);

@@ -13,8 +13,8 @@ namespace {
 
 /// The generated key buffer holds 255 characters of each key string.
 constexpr std::size_t kLongestKey = 200;
-/// Of further keys a reader does not note the writer.
-constexpr std::size_t kMostKeys = 4096;
+/// The newest samples of all keys that a reader keeps [byte].
+constexpr std::size_t kMostKept = 64U << 20U;
 
 /// Fast DDS reports a full history as a time-out, too. A history of fixed depth can only lack room for another key.
 std::string explain(Outcome code, const TopicInfo& info) {
@@ -110,7 +110,8 @@ ReaderBase::ReaderBase(std::shared_ptr<Participant::Impl> participant, const Top
     : participant_(std::move(participant)),
       info_(info),
       own_mailbox_(mailbox == nullptr ? std::make_unique<Mailbox>() : nullptr),
-      mailbox_(mailbox == nullptr ? own_mailbox_.get() : mailbox) {}
+      mailbox_(mailbox == nullptr ? own_mailbox_.get() : mailbox),
+      admission_({static_cast<std::size_t>(info.qos.instances), kMostKept}) {}
 
 ReaderBase::~ReaderBase() = default;
 
@@ -145,8 +146,16 @@ ReaderCounters ReaderBase::counters() const {
 }
 
 void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key) {
+  const auto [handle, is_new] = handles_.try_emplace(key, info.instance_handle);
+  if (!is_new && handle->second != info.instance_handle) {
+    keys_.erase(handle->second);
+    handle->second = info.instance_handle;
+  }
   auto& known = keys_[info.instance_handle];
-  if (known.text != key) known.text = key;
+  if (known.text != key) {
+    if (!known.text.empty()) handles_.erase(known.text);
+    known.text = key;
+  }
   known.writer = endpoint_id(info.publication_handle);
   known.heard = Clock::now();
   if (std::exchange(known.missing, false) && deadline_ > Clock::duration::zero()) {
@@ -154,36 +163,59 @@ void ReaderBase::note_alive(const dds::SampleInfo& info, const std::string& key)
   }
 }
 
-bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, std::uint64_t largest_term,
+void ReaderBase::forget_key(const std::string& text) {
+  admission_.holders.erase(text);
+  admission_.changes.erase(text);
+  const auto handle = handles_.find(text);
+  if (handle == handles_.end()) return;
+  keys_.erase(handle->second);
+  handles_.erase(handle);
+}
+
+bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, const Arrival& arrival,
                        std::uint32_t most_a_second) {
   const auto now = Clock::now();
-  if (!admission_.rates[endpoint_id(info.publication_handle)].admits(now, most_a_second)) {
+  const EndpointId writer = endpoint_id(info.publication_handle);
+  if (!admission_.rates[writer].admits(now, most_a_second)) {
     refuse(info, RefusalKind::kMalformed, "more than " + std::to_string(most_a_second) + " samples a second");
     return false;
   }
-  if (!holds(info, key, now)) {
+  if (!is_free(info, key, now)) {
     ++counters_.refused;
     return false;
   }
-  if (!participant_->admits_term(largest_term)) {
+  if (!participant_->terms().admits(arrival.largest_term, now)) {
     refuse(info, RefusalKind::kMalformed,
-           "term = " + std::to_string(largest_term) + " is more than " + std::to_string(kTermLeap) +
+           "term = " + std::to_string(arrival.largest_term) + " is more than " + std::to_string(kTermLeap) +
                " above every known term");
     return false;
   }
+  if (!admission_.table.admit(key, writer, arrival.bytes, displaced_)) {
+    refuse(info, RefusalKind::kMalformed,
+           "more than " + std::to_string(info_.qos.instances) + " keys, or " + std::to_string(kMostKept >> 20U) +
+               " MiB of samples");
+    return false;
+  }
+  for (const KeyTable::Key& lost : displaced_) forget_key(lost.text);
+  hold(info, key, now);
   return true;
 }
 
-bool ReaderBase::holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
-  if (info_.qos.hold.count() == 0 || admission_.holders.size() > kMostKeys) return true;
-  StreamHolder& holder = admission_.holders[key];
-  if (!holder.admits(endpoint_id(info.publication_handle), now, info_.qos.hold)) return false;
-  if (const auto second = holder.take_challenger()) report_second_writer(*second, key, now);
-  return true;
+bool ReaderBase::is_free(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
+  const auto holder = admission_.holders.find(key);
+  return holder == admission_.holders.end() ||
+         holder->second.admits(endpoint_id(info.publication_handle), now, info_.qos.hold);
+}
+
+void ReaderBase::hold(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
+  if (info_.qos.hold.count() == 0) return;
+  const auto [holder, is_new] = admission_.holders.try_emplace(key);
+  if (is_new) static_cast<void>(holder->second.admits(endpoint_id(info.publication_handle), now, info_.qos.hold));
+  if (const auto second = holder->second.take_challenger()) report_second_writer(*second, key, now);
 }
 
 void ReaderBase::note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term) {
-  if (!info_.qos.reports_writers || admission_.changes.size() > kMostKeys) return;
+  if (!info_.qos.reports_writers) return;
   const auto now = Clock::now();
   const EndpointId writer = endpoint_id(info.publication_handle);
   if (admission_.changes[key].note(writer, term, now)) report_second_writer(writer, key, now);
@@ -213,8 +245,9 @@ std::string ReaderBase::forget(const dds::SampleInfo& info) {
   const auto known = keys_.find(info.instance_handle);
   if (known == keys_.end()) return {};
   if (!known->second.writer.same_participant(endpoint_id(info.publication_handle))) return {};
-  std::string key = std::move(known->second.text);
-  keys_.erase(known);
+  const std::string key = known->second.text;
+  admission_.table.erase(key);
+  forget_key(key);
   return key;
 }
 
@@ -243,6 +276,8 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
       admission_.rates.erase(peer);
       std::erase_if(admission_.holders, [&](const auto& entry) { return entry.second.holder() == peer; });
       std::erase_if(keys_, [&](const auto& entry) { return entry.second.writer == peer; });
+      std::erase_if(handles_, [&](const auto& entry) { return !keys_.contains(entry.second); });
+      admission_.table.left(peer);
     }
   }
   changed_.notify_all();

@@ -8,8 +8,11 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "services/bus/endpoint.hpp"
+#include "services/bus/key_table.hpp"
 #include "services/bus/participant_impl.hpp"
 #include "services/bus/stream_holder.hpp"
 
@@ -77,10 +80,18 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   [[nodiscard]] Clock::time_point arrival() const { return participant_->arrival(); }
   /// Notes the key of a living sample, so that later events can name it.
   void note_alive(const dds::SampleInfo& info, const std::string& key);
+  /// What of a sample decides whether a reader takes it.
+  struct Arrival {
+    std::uint64_t largest_term = 0;
+    std::size_t bytes = 0;
+  };
   /// True when a sample may reach the service. Otherwise the refusal is counted for its writer: too many samples of
-  /// one writer, a leap of the term, or a key that another participant holds.
-  [[nodiscard]] bool admit(const dds::SampleInfo& info, const std::string& key, std::uint64_t largest_term,
+  /// one writer, a leap of the term, a key that another participant holds, or too many keys. Call take_displaced()
+  /// then.
+  [[nodiscard]] bool admit(const dds::SampleInfo& info, const std::string& key, const Arrival& arrival,
                            std::uint32_t most_a_second);
+  /// Keys that have lost their places to the admitted sample: for the service they are withdrawn.
+  [[nodiscard]] std::vector<KeyTable::Key> take_displaced() { return std::exchange(displaced_, {}); }
   /// Reports a second writer of an admitted sample's key, see WriterChanges.
   void note_writer(const dds::SampleInfo& info, const std::string& key, std::uint64_t term);
   /// Counts a refused sample for its writer. `key`: of a stream with two writers.
@@ -105,13 +116,19 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   /// A key that the writer wrote; empty when unknown.
   [[nodiscard]] std::string last_key_of(const EndpointId& writer) const;
 
-  /// What admit() knows. By the key's text: a sender chooses its handle.
+  void forget_key(const std::string& text);
+
+  /// What admit() knows. By the key's text: a sender chooses its handle. Keys are those of the table.
   struct Admission {
+    explicit Admission(const KeyTable::Limits& limits) : table(limits) {}
+    KeyTable table;
     std::map<std::string, StreamHolder, std::less<>> holders;
     std::map<std::string, WriterChanges, std::less<>> changes;
     std::map<EndpointId, SampleRate> rates;  ///< by matched writer
   };
-  [[nodiscard]] bool holds(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
+  /// True when no other participant holds the key.
+  [[nodiscard]] bool is_free(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
+  void hold(const dds::SampleInfo& info, const std::string& key, Clock::time_point now);
   void report_second_writer(const EndpointId& second, const std::string& key, Clock::time_point now);
 
   struct Key {
@@ -132,8 +149,10 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   std::atomic<int> matched_ = 0;
   std::atomic<int> announcements_ = 0;  ///< of data, not drained yet
   mutable std::condition_variable changed_;
-  std::map<rtps::InstanceHandle_t, Key> keys_;  ///< the living ones
+  std::map<rtps::InstanceHandle_t, Key> keys_;                          ///< the living ones
+  std::map<std::string, rtps::InstanceHandle_t, std::less<>> handles_;  ///< of keys_: one for each text
   Admission admission_;
+  std::vector<KeyTable::Key> displaced_;
 };
 
 }  // namespace hecaton::bus

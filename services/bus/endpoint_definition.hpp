@@ -55,19 +55,26 @@ template <class T>
 template <class T>
 class SampleQueue {
  public:
-  /// `conflate`: keep only the newest sample of each key.
+  /// Of samples that wait, as they were received [byte].
+  static constexpr std::size_t kMostBytes = 64U << 20U;
+
+  /// `conflate`: keep only the newest sample of each key. Its reader bounds the number of keys.
   SampleQueue(bool conflate, std::size_t capacity)
       : conflate_(conflate), capacity_(std::max<std::size_t>(capacity, 1)) {}
 
-  /// Returns the number of samples dropped to make room.
-  std::size_t push(Sample<T> sample) {
+  /// Returns the number of samples dropped to make room. `bytes`: the sample as it was received.
+  std::size_t push(Sample<T> sample, std::size_t bytes) {
     if (conflate_) {
       newest_.insert_or_assign(sample.key, std::move(sample));
       return 0;
     }
     std::size_t dropped = 0;
-    for (; queue_.size() >= capacity_; ++dropped) queue_.pop_front();
-    queue_.push_back(std::move(sample));
+    for (; !queue_.empty() && (queue_.size() >= capacity_ || bytes_ + bytes > kMostBytes); ++dropped) {
+      bytes_ -= queue_.front().bytes;
+      queue_.pop_front();
+    }
+    queue_.push_back({std::move(sample), bytes});
+    bytes_ += bytes;
     return dropped;
   }
 
@@ -75,9 +82,10 @@ class SampleQueue {
   std::vector<Sample<T>> take() {
     std::vector<Sample<T>> samples;
     samples.reserve(queue_.size() + newest_.size());
-    for (auto& sample : queue_) samples.push_back(std::move(sample));
+    for (auto& waiting : queue_) samples.push_back(std::move(waiting.sample));
     for (auto& [key, sample] : newest_) samples.push_back(std::move(sample));
     queue_.clear();
+    bytes_ = 0;
     newest_.clear();
     if (conflate_) {
       std::sort(samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.received < b.received; });
@@ -86,9 +94,14 @@ class SampleQueue {
   }
 
  private:
+  struct Waiting {
+    Sample<T> sample;
+    std::size_t bytes;
+  };
   bool conflate_;
   std::size_t capacity_;
-  std::deque<Sample<T>> queue_;
+  std::size_t bytes_ = 0;  ///< of queue_
+  std::deque<Waiting> queue_;
   std::map<std::string, Sample<T>> newest_;
 };
 
@@ -175,7 +188,8 @@ template <class T>
 struct Reader<T>::Impl : ReaderBase {
   Impl(const Participant& participant, Mailbox* mailbox, const ReaderOptions& options)
       : ReaderBase(participant.impl(), Topic<T>::kInfo, mailbox),
-        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable), options.queue) {
+        queue(options.conflate.value_or(!Topic<T>::kInfo.qos.reliable && Topic<T>::kInfo.qos.reader_depth == 0),
+              options.queue) {
     if (schema == 0)
       throw std::runtime_error(std::string(Topic<T>::kInfo.name) + ": schema must have a default above 0");
     open(make_type_support<T>(), options);
@@ -193,18 +207,23 @@ struct Reader<T>::Impl : ReaderBase {
         if (info.instance_state != dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) continue;
         const std::string key = forget(info);
         if (key.empty()) continue;
-        counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true});
+        counters_.overflowed += queue.push({T(), key, received, endpoint_id(info.publication_handle), true}, 0);
       } else if (scratch.schema() != schema) {
         ++counters_.unreadable;
         if (last_check.refusal) refuse(info, RefusalKind::kMalformed, *last_check.refusal);
       } else {
         std::string key = key_of(scratch);
-        if (!admit(info, key, last_check.largest_term, most_a_second)) continue;
+        const std::size_t bytes = last_size;
+        const bool admitted = admit(info, key, {last_check.largest_term, bytes}, most_a_second);
+        for (auto& lost : take_displaced()) {
+          counters_.overflowed += queue.push({T(), std::move(lost.text), received, lost.writer, true}, 0);
+        }
+        if (!admitted) continue;
         note_writer(info, key, deciding_term(scratch));
         ++counters_.received;
         note_alive(info, key);
         counters_.overflowed +=
-            queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false});
+            queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false}, bytes);
       }
     }
   }
@@ -219,9 +238,16 @@ struct Reader<T>::Impl : ReaderBase {
       newest.erase(sample.key);
     } else {
       newest.insert_or_assign(sample.key, sample);
+      if (newest.size() > kMostNewest) drop_oldest();
     }
   }
+  /// The reader has displaced keys, but their notices were dropped from a full queue.
+  void drop_oldest() {
+    newest.erase(std::min_element(newest.begin(), newest.end(),
+                                  [](const auto& a, const auto& b) { return a.second.received < b.second.received; }));
+  }
 
+  static constexpr auto kMostNewest = static_cast<std::size_t>(Topic<T>::kInfo.qos.instances);
   SampleQueue<T> queue;
   const std::uint32_t schema = T().schema();  ///< of samples that drain() keeps
   const std::uint32_t most_a_second = rule_of<T>() == nullptr ? 0 : rule_of<T>()->most_a_second;

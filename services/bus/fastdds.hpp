@@ -263,11 +263,10 @@ class FrontTransport : public rtps::ChainingTransport {
 
 /// The result of the last check of a received sample on this thread, for the reader that takes the sample.
 inline thread_local CheckedSample last_check;
+/// Its size as it was received [byte].
+inline thread_local std::size_t last_size = 0;
 /// The serialised form of a sample whose type this process does not know: its CDR bytes, encapsulation included.
 using RawBytes = std::vector<std::uint8_t>;
-
-/// The largest sample that a reader of RawBytes accepts, with its encapsulation [bytes].
-inline constexpr std::uint32_t kLargestRaw = 1U << 20U;
 
 /// Type support of samples that are exchanged as RawBytes. `largest`: of a sample with its encapsulation [bytes].
 class RawSupport : public dds::TopicDataType {
@@ -412,6 +411,7 @@ class GuardedSupport : public Base {
   /// Returns true always, because a refused payload would stay in the history. The reader drops samples of schema 0.
   bool guarded_read(rtps::SerializedPayload_t& payload, T& sample) {
     last_check = check(payload);
+    last_size = payload.length;
     if (!last_check.refusal && !last_check.other_schema) {
       if (decode(payload, sample)) return true;
       last_check.refusal = "it cannot be decoded";

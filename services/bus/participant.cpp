@@ -286,11 +286,11 @@ dds::Subscriber* Participant::Impl::subscriber_of(const std::vector<std::string>
   return known;
 }
 
-dds::TypeSupport Participant::Impl::raw_type(const std::string& name) {
+dds::TypeSupport Participant::Impl::raw_type(const std::string& name, std::uint32_t largest) {
   const std::scoped_lock lock(mutex_);
   const auto known = raw_types_.find(name);
   if (known != raw_types_.end()) return known->second;
-  return raw_types_.emplace(name, dds::TypeSupport(new RawSupport(name, kLargestRaw))).first->second;
+  return raw_types_.emplace(name, dds::TypeSupport(new RawSupport(name, largest))).first->second;
 }
 
 void Participant::Impl::run_monitor() {
@@ -367,15 +367,6 @@ bool Participant::Impl::recovering() const {
   return filter_->stall_guard.long_stall(now) || now < recovered_;
 }
 
-// The first term may be any: this process may be new in an old cell.
-bool Participant::Impl::admits_term(std::uint64_t term) {
-  std::uint64_t known = largest_term_;
-  if (known > 0 && term > known + kTermLeap) return false;
-  while (term > known && !largest_term_.compare_exchange_weak(known, term)) {
-  }
-  return true;
-}
-
 void Participant::Impl::note_peer(const EndpointId& peer, bool found) {
   const auto now = Clock::now();
   const std::scoped_lock lock(peers_mutex_);
@@ -421,7 +412,11 @@ void Participant::Impl::note_addresses(const PeerEvent& event) {
   for (const auto& locator : event.unicast) addresses.push_back(address_of(locator));
   filter_->datagrams.forget(prefix);
   filter_->announcements.restart(addresses);
-  if (event.kind != PeerEvent::Kind::kFound) filter_->datagrams.unbind(prefix);
+  if (event.kind == PeerEvent::Kind::kFound) {
+    filter_->datagrams.found(prefix);
+  } else {
+    filter_->datagrams.unbind(prefix);
+  }
   if (event.kind == PeerEvent::Kind::kDropped) return filter_->quarantine.dropped(prefix, Clock::now());
   if (event.kind == PeerEvent::Kind::kLeft) return filter_->quarantine.left(prefix, Clock::now());
   filter_->refusals.found(endpoint_id(event.guid), event.name,
@@ -461,6 +456,10 @@ std::vector<std::string> Participant::joining() const {
 
 std::optional<std::chrono::system_clock::time_point> Participant::identity_expires() const {
   return impl_->identity_expires;
+}
+
+void Participant::know_term(std::uint64_t term) {
+  impl_->terms().know(term);
 }
 
 std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {

@@ -93,6 +93,9 @@ class Participant {
   /// ParticipantOptions::identity_expires
   [[nodiscard]] std::optional<std::chrono::system_clock::time_point> identity_expires() const;
 
+  /// The process remembers this term from an earlier one: samples with terms far above it are refused (wire_rules.hpp).
+  void know_term(std::uint64_t term);
+
   /// What was refused in the last `window`, by sender, the most recent first, at most `most`.
   [[nodiscard]] std::vector<Refused> refused(Clock::duration window, std::size_t most) const;
   /// A service refuses a sample for a reason that the bus does not know; see Refused.

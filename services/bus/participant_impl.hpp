@@ -15,6 +15,7 @@
 #include "services/bus/fastdds.hpp"
 #include "services/bus/filtering_transport.hpp"
 #include "services/bus/participant.hpp"
+#include "services/bus/term_limit.hpp"
 #include "services/bus/topics.hpp"
 
 namespace hecaton::bus {
@@ -42,8 +43,9 @@ struct Participant::Impl : PeerListener {
   /// endpoints_mutex.
   [[nodiscard]] dds::Publisher* publisher_of(const std::string& key);
   [[nodiscard]] dds::Subscriber* subscriber_of(const std::vector<std::string>& keys);
-  /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
-  dds::TypeSupport raw_type(const std::string& name);
+  /// The support of a type whose samples are exchanged as bytes, with the size of the largest. Fast DDS allows one
+  /// support of each name: the first call decides on the size.
+  dds::TypeSupport raw_type(const std::string& name, std::uint32_t largest);
   void on_peer(const PeerEvent& event) override;
   void on_endpoint(const rtps::GUID_t& endpoint) override;
   void on_authentication(const rtps::GUID_t& peer, bool authorized) override;
@@ -65,8 +67,7 @@ struct Participant::Impl : PeerListener {
   /// Arrival time of a sample that a reader takes now, see LocalStallGuard.
   [[nodiscard]] Clock::time_point arrival() const { return filter_->stall_guard.arrival(Clock::now()); }
 
-  /// False for a term that leaps (kTermLeap) above every term that was admitted before. Thread-safe.
-  [[nodiscard]] bool admits_term(std::uint64_t term);
+  [[nodiscard]] TermLimit& terms() { return terms_; }
   [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
   [[nodiscard]] bool secured() const { return secured_; }  ///< it has keys
 
@@ -102,7 +103,7 @@ struct Participant::Impl : PeerListener {
   bool announce_departure_;
   const bool secured_;
   AuthenticationWatch handshakes_;
-  std::atomic<std::uint64_t> largest_term_ = 0;  ///< admitted
+  TermLimit terms_{Clock::now()};
   std::atomic<bool> deadlocked_ = false;
   const std::function<std::vector<GuidBeginning>()> revoked_;
   Clock::time_point next_revocations_{};  ///< of the monitor thread alone

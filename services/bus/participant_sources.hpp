@@ -5,6 +5,9 @@
 /// or move the addresses at which it receives. It could count heartbeats up so that the middleware ignores all later
 /// ones. A participant opens its sockets when it starts and keeps them. So a datagram counts only if it comes from a
 /// socket that its participant has used from the beginning.
+///
+/// A participant that discovery has not found keeps a place until kUnknown others have been heard. It needs the place
+/// for its first announcement only. So participants that an intruder invents leave no other one without a place.
 
 #include <algorithm>
 #include <array>
@@ -15,13 +18,14 @@
 #include <optional>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "services/bus/mailbox.hpp"
 
 namespace hecaton::bus {
 
-/// Thread-safe. Its memory is bounded by kParticipants.
+/// Thread-safe. Its memory is bounded by kUnknown and by the participants that discovery knows.
 class ParticipantSources {
  public:
   using Prefix = std::array<std::uint8_t, 12>;  ///< of a participant's GUID
@@ -35,45 +39,57 @@ class ParticipantSources {
   /// (forget()).
   static constexpr std::chrono::seconds kSilence{30};
   static constexpr std::size_t kSockets = 16;  ///< of a participant: one or two for each network interface
-  /// Participants of one socket. Fast DDS has one, Cyclone DDS all participants of a process.
+  /// Participants of one socket that discovery knows. Fast DDS has one, Cyclone DDS all participants of a process.
   static constexpr std::size_t kSpokenFor = 64;
-  static constexpr std::size_t kParticipants = 1024;
+  static constexpr std::size_t kUnknown = 256;  ///< participants that discovery does not know
 
-  /// Why the socket at `source` may not speak for the participant, as a sentence; nothing: it may.
-  [[nodiscard]] std::optional<std::string_view> refuse(const Prefix& participant, Address source,
-                                                       Clock::time_point now) {
+  /// Why the socket at `source` may not speak for the participant, as a sentence; nothing: it may. `forgotten`: a
+  /// participant that has lost its place to this one.
+  [[nodiscard]] std::optional<std::string_view> refuse(const Prefix& participant, Address source, Clock::time_point now,
+                                                       std::optional<Prefix>* forgotten = nullptr) {
     const std::scoped_lock lock(mutex_);
-    auto known = participants_.find(participant);
-    if (known != participants_.end()) {
-      Participant& entry = known->second;
-      for (Socket& socket : entry.sockets) {
-        if (socket.address != source) continue;
-        socket.heard = now;
-        return std::nullopt;
+    const auto known = participants_.find(participant);
+    if (known == participants_.end()) {
+      if (const auto place = places_.find(source); place != places_.end() && place->second >= kSpokenFor) {
+        return kTooMany;
       }
-      if (is_silent(entry, now)) {
-        erase(known);
-      } else {
-        if (now - entry.since > kSettling || entry.sockets.size() == kSockets) {
-          return "it comes from another socket than its participant";
-        }
-        if (!take_place(source, now)) return kTooMany;
-        entry.sockets.push_back({source, now});
-        return std::nullopt;
-      }
+      admit_unknown(participant, forgotten).bind(source, now);
+      return std::nullopt;
     }
-    if (participants_.size() >= kParticipants) sweep(now);
-    if (participants_.size() >= kParticipants) return "the domain has more than 1024 participants";
-    if (!take_place(source, now)) return kTooMany;
-    participants_.emplace(participant, Participant{now, {{source, now}}});
+    Participant& entry = known->second;
+    for (Socket& socket : entry.sockets) {
+      if (socket.address != source) continue;
+      socket.heard = now;
+      return std::nullopt;
+    }
+    const bool silent = entry.is_silent(now);
+    if (!silent && (now - entry.since > kSettling || entry.sockets.size() == kSockets)) {
+      return "it comes from another socket than its participant";
+    }
+    if (entry.known && !take_place(source)) return kTooMany;
+    if (silent) {
+      give_back(entry);
+      entry.sockets.clear();
+    }
+    entry.bind(source, now);
     return std::nullopt;
+  }
+
+  /// Discovery has found the participant.
+  void found(const Prefix& participant) {
+    const std::scoped_lock lock(mutex_);
+    Participant& entry = participants_[participant];
+    if (std::exchange(entry.known, true)) return;
+    for (const Socket& socket : entry.sockets) ++places_[socket.address];
   }
 
   /// Discovery has lost the participant: it may return with other sockets.
   void forget(const Prefix& participant) {
     const std::scoped_lock lock(mutex_);
     const auto known = participants_.find(participant);
-    if (known != participants_.end()) erase(known);
+    if (known == participants_.end()) return;
+    give_back(known->second);
+    participants_.erase(known);
   }
 
  private:
@@ -92,43 +108,51 @@ class ParticipantSources {
     Clock::time_point heard;
   };
   struct Participant {
-    Clock::time_point since;
+    Clock::time_point since{};  ///< when its first socket was heard
     std::vector<Socket> sockets;
-  };
-  using Participants = std::unordered_map<Prefix, Participant, Hash>;
+    bool known = false;  ///< to discovery
 
-  [[nodiscard]] static bool is_silent(const Participant& participant, Clock::time_point now) {
-    return std::all_of(participant.sockets.begin(), participant.sockets.end(),
-                       [&](const Socket& socket) { return now - socket.heard > kSilence; });
+    [[nodiscard]] bool is_silent(Clock::time_point now) const {
+      return std::all_of(sockets.begin(), sockets.end(),
+                         [&](const Socket& socket) { return now - socket.heard > kSilence; });
+    }
+    void bind(Address source, Clock::time_point now) {
+      if (sockets.empty()) since = now;
+      sockets.push_back({source, now});
+    }
+  };
+
+  /// The place of the unknown participant that came first is the next one's.
+  Participant& admit_unknown(const Prefix& participant, std::optional<Prefix>* forgotten) {
+    const auto last = participants_.find(unknown_[next_unknown_]);
+    if (last != participants_.end() && !last->second.known) {
+      if (forgotten != nullptr) *forgotten = last->first;
+      participants_.erase(last);
+    }
+    unknown_[next_unknown_] = participant;
+    next_unknown_ = (next_unknown_ + 1) % kUnknown;
+    return participants_[participant];
   }
   /// Counts one more participant of the socket; false when it has too many.
-  bool take_place(Address source, Clock::time_point now) {
-    if (places_[source] >= kSpokenFor) sweep(now);
+  bool take_place(Address source) {
     std::size_t& taken = places_[source];
     if (taken >= kSpokenFor) return false;
     ++taken;
     return true;
   }
-  /// Forgets participants that are silent.
-  void sweep(Clock::time_point now) {
-    if (now < next_sweep_) return;
-    next_sweep_ = now + std::chrono::seconds(1);  // an intruder must not make each datagram this expensive
-    for (auto entry = participants_.begin(); entry != participants_.end();) {
-      entry = is_silent(entry->second, now) ? erase(entry) : std::next(entry);
-    }
-  }
-  Participants::iterator erase(Participants::iterator entry) {
-    for (const Socket& socket : entry->second.sockets) {
+  void give_back(const Participant& entry) {
+    if (!entry.known) return;
+    for (const Socket& socket : entry.sockets) {
       const auto place = places_.find(socket.address);
-      if (--place->second == 0) places_.erase(place);
+      if (place != places_.end() && --place->second == 0) places_.erase(place);
     }
-    return participants_.erase(entry);
   }
 
   std::mutex mutex_;
-  Participants participants_;
-  std::unordered_map<Address, std::size_t> places_;  ///< participants of each socket
-  Clock::time_point next_sweep_{};
+  std::unordered_map<Prefix, Participant, Hash> participants_;
+  std::array<Prefix, kUnknown> unknown_{};  ///< in the order of their first datagrams; some may be known now
+  std::size_t next_unknown_ = 0;
+  std::unordered_map<Address, std::size_t> places_;  ///< known participants of each socket
 };
 
 }  // namespace hecaton::bus

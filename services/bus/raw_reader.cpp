@@ -156,7 +156,9 @@ class TypedRawReader : public AnyRawReader, private ReaderBase {
       return false;
     }
     sample.key = key_of(value);
-    if (!admit(info, sample.key, last_check.largest_term, rule_of<T>()->most_a_second)) return false;
+    const bool admitted = admit(info, sample.key, {last_check.largest_term, last_size}, rule_of<T>()->most_a_second);
+    static_cast<void>(take_displaced());  // they are kept nowhere
+    if (!admitted) return false;
     ++counters_.received;
     note_alive(info, sample.key);
     if constexpr (requires { value.sequence_number(); }) sample.sequence_number = value.sequence_number();

@@ -73,8 +73,7 @@ struct TopicInfo {
   TOPIC(Reachability, sample.host(), "agent", "agent supervisor", .hold = 200ms)                                       \
   TOPIC(ProcessEvent, sample.process(), "agent", "supervisor", .reliable = true, .transient_local = true, .depth = 8,  \
         .heartbeat = 5ms)                                                                                              \
-  TOPIC(CellMode, "", "supervisor", "all", .reliable = true, .transient_local = true, .reader_depth = 32,              \
-        .deadline = 100ms, .heartbeat = 5ms, .reports_writers = true)                                                  \
+  TOPIC(CellMode, "", "supervisor", "all", .reader_depth = 32, .deadline = 100ms, .reports_writers = true)             \
   TOPIC(Fault, sample.id(), "supervisor", "all", .reliable = true, .transient_local = true, .instances = 4096,         \
         .retained = 256)                                                                                               \
   TOPIC(SupervisorRequest, "", "cli supervisor", "supervisor", .reliable = true, .depth = 32)                          \

@@ -29,8 +29,12 @@ constexpr std::uint32_t kMostCloudPoints = 100'000;  ///< of one obstacle: the s
 constexpr FieldRule boolean(std::string_view name) {
   return {.name = name, .kind = kBool, .low = 0, .high = 1};
 }
-constexpr FieldRule int32(std::string_view name) {
-  return {.name = name, .kind = kInt32, .low = -2147483648.0, .high = 2147483647.0};
+constexpr FieldRule int32(std::string_view name, double low, double high) {
+  return {.name = name, .kind = kInt32, .low = low, .high = high};
+}
+/// Linux counts to 2²² at most.
+constexpr FieldRule process_id(std::string_view name) {
+  return int32(name, 0, 4194304.0);
 }
 constexpr FieldRule uint32(std::string_view name, double high = 4294967295.0) {
   return {.name = name, .kind = kUint32, .low = 0, .high = high};
@@ -244,9 +248,9 @@ constexpr std::array kCoupledPlanFields{
     kSchema,          name_of("arm"),           stamp("stamp_ns"),     name_of("node"),
     uint32("number"), names("arms", kMostArms), uint32("points", 1e5), positions("q", 1U << 19U)};
 constexpr StructRule kCoupledPlan{"CoupledPlan", kCoupledPlanFields};
-constexpr std::array kCoupledPlanProgressFields{kSchema,         name_of("arm"),      stamp("stamp_ns"),
-                                                name_of("node"), name_of("proposer"), uint32("number"),
-                                                int32("reached")};
+constexpr std::array kCoupledPlanProgressFields{
+    kSchema,          name_of("arm"),           stamp("stamp_ns"), name_of("node"), name_of("proposer"),
+    uint32("number"), int32("reached", -1, 1e5)};
 constexpr StructRule kCoupledPlanProgress{"CoupledPlanProgress", kCoupledPlanProgressFields};
 
 // health.idl
@@ -262,7 +266,7 @@ constexpr std::array kHeartbeatFields{kSchema,
                                       choice("kind", msg::NodeKind::NODE_OTHER),
                                       name_of("subject"),
                                       name_of("host"),
-                                      int32("pid"),
+                                      process_id("pid"),
                                       choice("state", msg::NodeState::NODE_FAILED),
                                       nested("cause", kCause),
                                       term("term"),
@@ -293,11 +297,11 @@ constexpr std::array kProcessEventFields{kSchema,
                                          name_of("host"),
                                          name_of("name"),
                                          name_of("node"),
-                                         int32("pid"),
+                                         process_id("pid"),
                                          choice("kind", msg::ProcessEventKind::PROCESS_EXITED),
                                          boolean("wanted"),
-                                         int32("exit_code"),
-                                         int32("signal_number"),
+                                         int32("exit_code", -1, 255),
+                                         int32("signal_number", 0, 64),
                                          uint32("restarts"),
                                          count("sequence_number"),
                                          stamp("stamp_ns"),
@@ -461,9 +465,9 @@ constexpr std::array kTickArmFields{index("arm", kMostArms),
                                     positions("q_goal", msg::MAX_JOINTS),
                                     uint32("priority"),
                                     positions("position_uncertainty", msg::MAX_JOINTS),
-                                    int32("proposer"),
+                                    int32("proposer", -1, kMostArms - 1.0),
                                     uint32("number"),
-                                    int32("reached"),
+                                    int32("reached", -1, 1e5),
                                     number("speed", 0.0, 1.0)};
 constexpr StructRule kTickArm{"TickArm", kTickArmFields};
 constexpr std::array kTickPlanFields{index("arm", kMostArms), uint32("number"), indices("arms", kMostArms),

@@ -14,8 +14,15 @@ namespace hecaton::bus {
 
 /// No node accepts a greater term. A cell takes a term for each change of a leader or an arm lease.
 constexpr std::uint64_t kLargestTerm = std::uint64_t{1} << 62U;
-/// No node accepts a term that is this much greater than the greatest one that it has accepted.
+/// No node accepts a term that is this much greater than the greatest one that it has accepted or remembers.
 constexpr std::uint64_t kTermLeap = std::uint64_t{1} << 20U;
+/// The greatest first term of a process that knows none. It accepts a first one above kTermLeap only if it has heard no
+/// smaller one for a while (TermLimit): no cell takes so many terms unless an intruder has raised them.
+constexpr std::uint64_t kLargestFirstTerm = std::uint64_t{1} << 40U;
+/// A term that a process may remember: its cell must be able to take greater ones.
+[[nodiscard]] constexpr bool is_usable_term(std::uint64_t term) {
+  return term <= kLargestTerm - kTermLeap;
+}
 
 enum class FieldKind : std::uint8_t {
   kBool,

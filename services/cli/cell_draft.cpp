@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <optional>
 #include <sstream>
+#include <system_error>
+#include <tuple>
 
 #include "planner/cell_defaults.hpp"
 #include "planner/collision/cell_geometry.hpp"
@@ -434,6 +436,11 @@ void require_distinct_places(const std::vector<DraftArm>& drafts) {
   }
 }
 
+bool is_file(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !fs::is_directory(path, ignored);
+}
+
 /// A command finds the cell only with its file: it is not in the default domain, on all interfaces and open.
 bool has_own_network(const config::CellFile& file) {
   const config::Network standard;
@@ -442,6 +449,16 @@ bool has_own_network(const config::CellFile& file) {
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> split_tool_link(const std::string& robot) {
+  const std::size_t colon = robot.rfind(':');
+  if (colon == std::string::npos || is_file(robot)) return {robot, ""};
+  const std::string before = robot.substr(0, colon);
+  const std::string after = robot.substr(colon + 1);
+  // A file that does not exist, in a folder with a colon: the message about it shall name the whole path.
+  if (after.find('/') != std::string::npos && !is_file(before)) return {robot, ""};
+  return {before, after};
+}
 
 DraftArm parse_draft_arm(const std::string& word) {
   const auto refuse = [&](const std::string& must_be) {
@@ -452,14 +469,15 @@ DraftArm parse_draft_arm(const std::string& word) {
       "link";
   const std::size_t equals = word.find('=');
   if (equals == std::string::npos) refuse(form);
+  const std::string rest = word.substr(equals + 1);
+  // Without a base an @ belongs to the path.
+  const auto [path_of_rest, link_of_rest] = split_tool_link(rest);
+  const bool is_whole = is_file(path_of_rest) && link_of_rest.find('@') == std::string::npos;
   const std::size_t at = word.rfind('@');
-  const bool placed = at != std::string::npos && at > equals;
-  const std::string robot = word.substr(equals + 1, placed ? at - equals - 1 : std::string::npos);
-  const std::size_t colon = robot.rfind(':');
+  const bool placed = !is_whole && at != std::string::npos && at > equals;
   DraftArm arm;
   arm.name = word.substr(0, equals);
-  arm.robot = robot.substr(0, colon);
-  if (colon != std::string::npos) arm.tool_link = robot.substr(colon + 1);
+  std::tie(arm.robot, arm.tool_link) = split_tool_link(placed ? word.substr(equals + 1, at - equals - 1) : rest);
   if (!config::is_name(arm.name) || arm.robot.empty()) refuse(form + "; NAME is " + std::string(config::kNameRule));
   if (!placed) return arm;
   const ParsedNumbers parsed = parse_numbers({word.substr(at + 1)}, 0);

@@ -2,6 +2,7 @@
 /// Drafts of cell files, for `hecaton init`: from robots and bases to a commented cell that can start.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/cli/robot_options.hpp"
@@ -20,8 +21,13 @@ struct DraftArm {
 };
 
 /// Reads `left=ur5e@-0.5 0 0`, with rotation `left=ur5e@-0.5 0 0 0 0 3.14`, with a tool link `left=yumi:left_tool0`.
-/// Without `@…` the base is the origin. Throws Failure (bad input).
+/// Without `@…` the base is the origin. A `:` or `@` in the path of a file that exists belongs to the path. Throws
+/// Failure (bad input).
 [[nodiscard]] DraftArm parse_draft_arm(const std::string& word);
+
+/// `yumi:left_tool0` as robot and tool link, which is empty without a colon. A colon in the path of a file that exists
+/// belongs to the path.
+[[nodiscard]] std::pair<std::string, std::string> split_tool_link(const std::string& robot);
 
 /// Throws Failure (bad input) or planner::ModelError unless the robot can be loaded as the arm of a draft.
 void require_usable(const DraftArm& arm);

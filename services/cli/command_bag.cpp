@@ -216,7 +216,8 @@ ExitCode export_bag(const Settings& settings, const BagOptions& options) {
       std::fprintf(stderr, "hecaton: %s messages of %s have no row: %s\n", std::to_string(topic.skipped).c_str(),
                    name.c_str(), topic.reason.c_str());
     }
-    print(settings, {{"files", files}}, table.text(Palette::for_stream(stdout)));
+    for (const std::string& note : report.notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
+    print(settings, {{"files", files}, {"notes", report.notes}}, table.text(Palette::for_stream(stdout)));
     for (std::size_t i = 0; i < options.files.size(); ++i) judge(options.files[i], report.files[i]);
     return ExitCode::kDone;
   } catch (const recorder::RecordingError& error) {

@@ -43,7 +43,7 @@ std::string robots_on_one_line() {
 
 /// Throws Failure (bad input) unless the answer is a robot's name, or a file; a tool link may follow a colon.
 void require_robot(const std::string& answer) {
-  const std::string robot = answer.substr(0, answer.rfind(':'));
+  const std::string robot = split_tool_link(answer).first;
   if (config::is_robot_name(robot) || std::filesystem::exists(robot)) return;
   throw Failure(ExitCode::kBadInput, "'" + config::printable_path(robot) + "' is neither a robot's name nor a file; " +
                                          config::robot_suggestion(robot));

@@ -201,7 +201,8 @@ void add_record(CLI::App& app, Session& session) {
           ->type_name("FILE");
   add_duration(*command, "--duration", options->duration, "end after this time (Ctrl-C)", 0.1, kLongestRecord);
   command
-      ->add_option("--split-size", options->split_size, "begin another file above this size, such as 500MB (one file)")
+      ->add_option("--split-size", options->split_size,
+                   "begin another file above this size without attachments, such as 500MB (one file)")
       ->type_name("SIZE");
   add_duration(*command, "--split-time", options->split_time, "begin another file after this time (one file)", 1.0,
                kLongestRecord);

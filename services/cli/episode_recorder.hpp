@@ -1,5 +1,5 @@
 #pragma once
-/// Records a simulated episode for pictures (docs/figures/draw_episode.py).
+/// Records a simulated episode for programs that draw it.
 
 #include <fstream>
 #include <string>

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "planner/cell_defaults.hpp"
+#include "planner/local/default_damper.hpp"
 #include "planner/model/kinematics.hpp"
 
 namespace hecaton::services::cli {
@@ -16,6 +17,9 @@ using planner::JointVector;
 
 /// Clearances to other arms and obstacles that a chosen pose should have, the widest first [m].
 constexpr std::array<double, 4> kWanted = {0.08, 0.05, 0.03, 0.015};
+/// Links of the arm keep this much more than the security distance in a chosen pose, as in goals that `simulate` draws
+/// [m].
+constexpr double kMarginOfItself = 0.015;
 /// Clearance to other arms and obstacles with which a robot's own pose is taken [m].
 constexpr double kOwnPoseClearance = 0.03;
 /// Least way of a link or the tool from `home` to another pose, as a share of the width at `home`: one that is seen.
@@ -97,18 +101,18 @@ std::vector<config::PosedBody> PoseFinder::bodies(int arm, const JointVector& q)
   return config::place_arm(obstacles_, geometries_[arm], arm, q);
 }
 
-bool PoseFinder::clear(int arm, const JointVector& q, const Placed& placed, double of_itself, double of_others) const {
+bool PoseFinder::clear(int arm, const JointVector& q, const Placed& placed, const Wanted& wanted) const {
   const planner::CellGeometry& geometry = geometries_[arm];
   const auto own = bodies(arm, q);
-  if (config::nearest_self_pair(own, geometry, of_itself).found) return false;
+  if (config::nearest_self_pair(own, geometry, wanted.of_itself, wanted.share).found) return false;
   for (int i = 0; i < static_cast<int>(obstacles_.size()); ++i) {
     const auto obstacle = config::place_obstacle(geometry, obstacles_[i], i);
-    if (config::nearest_pair(own, obstacle, of_others, true).found) return false;
+    if (config::nearest_pair(own, obstacle, wanted.of_others, true).found) return false;
   }
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const auto& arms = geometry.arms();
     const planner::Arm& own_arm = arms[static_cast<std::size_t>(arm)];
-    if (config::nearest_pair_of_arms(own_arm, own, arms[i], placed[i], of_others).found) return false;
+    if (config::nearest_pair_of_arms(own_arm, own, arms[i], placed[i], wanted.of_others).found) return false;
   }
   return true;
 }
@@ -116,7 +120,7 @@ bool PoseFinder::clear(int arm, const JointVector& q, const Placed& placed, doub
 std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int arm, const std::string& name,
                                                 const Placed& placed) const {
   if (const auto own = model.named.find(name); own != model.named.end()) {
-    if (clear(arm, own->second, placed, 0.0, kOwnPoseClearance)) return own->second;
+    if (clear(arm, own->second, placed, {0.0, planner::kSecurityShare, kOwnPoseClearance})) return own->second;
   }
   const auto home = model.named.find("home");
   const bool any = name == "home" || home == model.named.end();
@@ -130,12 +134,19 @@ std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int a
 
 std::optional<JointVector> PoseFinder::find_compact(const planner::Arm& model, int arm, const Placed& placed,
                                                     const std::function<bool(const JointVector&)>& usable) const {
-  for (const double clearance : kWanted) {
-    const auto fits = [&](const JointVector& q) {
-      return usable(q) && clear(arm, q, placed, 0.25 * clearance, clearance);
-    };
+  const auto posture = [&](const Wanted& wanted) -> std::optional<JointVector> {
+    const auto fits = [&](const JointVector& q) { return usable(q) && clear(arm, q, placed, wanted); };
     const auto found = std::find_if(postures_[arm].begin(), postures_[arm].end(), fits);
-    if (found != postures_[arm].end()) return plain(model, *found, fits);
+    if (found == postures_[arm].end()) return std::nullopt;
+    return plain(model, *found, fits);
+  };
+  // Next to the security distance an arm comes to rest slowly, or not at all.
+  const double kept = planner::default_damper({.reach = planner::arm_reach(model).tool}).self_security_distance;
+  for (const double clearance : kWanted) {
+    if (auto pose = posture({kept + kMarginOfItself, planner::kRestShare, clearance})) return pose;
+  }
+  for (const double clearance : kWanted) {
+    if (auto pose = posture({0.25 * clearance, planner::kSecurityShare, clearance})) return pose;
   }
   return std::nullopt;
 }

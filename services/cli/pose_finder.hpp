@@ -19,8 +19,9 @@ class PoseFinder {
   PoseFinder(const std::vector<planner::Arm>& arms, std::vector<world::Obstacle> obstacles);
 
   /// For each arm its own pose `name` if that is clear, else one that is; empty when an arm has none. `arms`: those of
-  /// the constructor, with the poses that they have by now. A chosen pose
-  /// other than `home` is away from `home`: a link or the tool moves visibly where the arm has such a pose.
+  /// the constructor, with the poses that they have by now. In a chosen pose links of the arm keep what lets it come to
+  /// rest there, where the arm has such a pose. One other than `home` is away from `home`: a link or the tool moves
+  /// visibly where the arm has such a pose.
   [[nodiscard]] std::optional<std::vector<planner::JointVector>> find(const std::vector<planner::Arm>& arms,
                                                                       const std::string& name) const;
 
@@ -28,8 +29,13 @@ class PoseFinder {
   using Placed = std::vector<std::vector<config::PosedBody>>;  ///< of the arms that have a pose
 
   [[nodiscard]] std::vector<config::PosedBody> bodies(int arm, const planner::JointVector& q) const;
-  [[nodiscard]] bool clear(int arm, const planner::JointVector& q, const Placed& placed, double of_itself,
-                           double of_others) const;
+  /// Distances that a pose should have [m].
+  struct Wanted {
+    double of_itself;
+    double share;  ///< at most this share of the widest distance of two links that are always close
+    double of_others;
+  };
+  [[nodiscard]] bool clear(int arm, const planner::JointVector& q, const Placed& placed, const Wanted& wanted) const;
   [[nodiscard]] std::optional<planner::JointVector> find_one(const planner::Arm& model, int arm,
                                                              const std::string& name, const Placed& placed) const;
   /// The most compact posture that is usable and clear, with round numbers where it can have them.

@@ -118,7 +118,7 @@ ChildAgent::ChildAgent(const std::vector<std::string>& arguments, const std::str
   argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (output < 0)
     throw Failure(ExitCode::kBadInput, "log file '" + log + "' cannot be written: " + std::strerror(errno));
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);

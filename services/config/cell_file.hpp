@@ -129,7 +129,9 @@ struct Record {
   std::chrono::nanoseconds keep = std::chrono::minutes(10);        ///< older files are removed, unless they are saved
   std::chrono::nanoseconds after_fault = std::chrono::minutes(1);  ///< is saved, too
   std::uint64_t limit = 5'000'000'000;                             ///< of all its files together [byte]
-  bool ros2 = false;                                               ///< with the topics of hecaton-ros2
+  std::uint64_t split_size = 0;           ///< another file begins above it [byte]; 0: a tenth of `limit`
+  std::chrono::nanoseconds split_time{};  ///< another file begins after it; 0: a tenth of `keep`, at most a minute
+  bool ros2 = false;                      ///< with the topics of hecaton-ros2
 };
 
 /// The port of the page of a cell in this DDS domain, unless the cell file has another one. Cells of one machine run in

@@ -81,11 +81,10 @@ NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vect
 }
 
 NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const planner::CellGeometry& geometry,
-                              double within) {
+                              double within, double share) {
   NearestPair nearest;
   for (const auto& [first, second] : geometry.self_pairs()) {
-    double least =
-        std::min(nearest.found ? nearest.distance : within, planner::kSecurityShare * geometry.widest(first, second));
+    double least = std::min(nearest.found ? nearest.distance : within, share * geometry.widest(first, second));
     consider(bodies[first], bodies[second], nearest, least);
   }
   return nearest;

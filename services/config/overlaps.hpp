@@ -8,6 +8,7 @@
 
 #include "planner/cell.hpp"
 #include "planner/collision/cell_geometry.hpp"
+#include "planner/local/parameters.hpp"
 
 namespace hecaton::config {
 
@@ -53,9 +54,9 @@ struct NearestPair {
 [[nodiscard]] NearestPair overlap_of_moving(const std::vector<PosedBody>& arm, const std::vector<PosedBody>& obstacle);
 
 /// The nearest of the self pairs of the geometry's own arm, with its bodies, that is nearer than `within` [m]. A close
-/// pair counts when it is nearer than kSecurityShare of its widest distance.
+/// pair counts when it is nearer than `share` of its widest distance.
 [[nodiscard]] NearestPair nearest_self_pair(const std::vector<PosedBody>& bodies, const planner::CellGeometry& geometry,
-                                            double within);
+                                            double within, double share = planner::kSecurityShare);
 
 /// "left/forearm and pillar overlap by 12.3 mm"
 [[nodiscard]] std::string overlap_text(const NearestPair& pair);

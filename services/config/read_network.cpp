@@ -305,13 +305,20 @@ std::optional<Record> read_record(const MapView& root, const std::vector<Host>& 
   constexpr double kMonth = 2.6e6;  // [s]
   read("keep", {10.0, kMonth, "s"}, record.keep);
   read("after_fault", {0.0, kMonth, "s"}, record.after_fault);
-  if (const auto limit = map.find("limit")) {
-    const auto bytes = parse_size(limit->text());
-    if (!bytes || !(*bytes >= 1e7 && *bytes <= 1e15)) {
-      limit->fail("a number with its unit (" + std::string(kSizeUnits) + ") from 10MB to 1000000GB, such as 5GB");
+  read("split_time", {1.0, kMonth, "s"}, record.split_time);
+  const auto read_size = [&](const char* key, double least, const std::string& allowed, std::uint64_t& out) {
+    const auto value = map.find(key);
+    if (!value) return;
+    const auto bytes = parse_size(value->text());
+    if (!bytes || !(*bytes >= least && *bytes <= 1e15)) {
+      value->fail("a number with its unit (" + std::string(kSizeUnits) + ") from " + allowed);
     }
-    record.limit = static_cast<std::uint64_t>(*bytes);
-  }
+    out = static_cast<std::uint64_t>(*bytes);
+  };
+  read_size("limit", 1e7, "10MB to 1000000GB, such as 5GB", record.limit);
+  read_size("split_size", 1e5, "100kB to 1000000GB, such as 500MB", record.split_size);
+  // The open file is never removed.
+  if (record.split_size > record.limit / 2) map.at("split_size").fail("at most half of `limit`");
   if (const auto ros2 = map.find("ros2")) record.ros2 = ros2->boolean();
   return record;
 }

@@ -41,7 +41,8 @@ inline const Section kRecovery{
      "contact", "device_not_ready", "remote_control_off", "program_stopped", "safeguard_stop", "protective_stop",
      "emergency_stop", "arm_failed"}};
 inline const Section kView{"view", {"host", "listen", "port", "control", "no_stop", "certificate", "key"}};
-inline const Section kRecord{"record", {"folder", "host", "keep", "after_fault", "limit", "ros2"}};
+inline const Section kRecord{"record",
+                             {"folder", "host", "keep", "after_fault", "limit", "split_size", "split_time", "ros2"}};
 inline const Section kTiming{"timing",
                              {"control_period", "driver_period", "world_period", "command_timeout", "real_time"}};
 inline const Section kTasks{"tasks",

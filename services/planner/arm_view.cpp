@@ -9,6 +9,8 @@
 namespace hecaton::services {
 namespace {
 
+/// An arm has two planners at most. Of further names, an intruder's, the last ones stay, and the planner in charge.
+constexpr std::size_t kMostPlanners = 4;
 /// A planner's log of set-points does not reach further back [s].
 constexpr double kLongestTrackingDelay = 1.0;
 
@@ -198,7 +200,13 @@ ArmView::Coordination& ArmView::coordination_of(int arm, const std::string& plan
   std::vector<Coordination>& all = coordination_[arm];
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const Coordination& entry) { return entry.planner == planner; });
-  if (found == all.end()) return all.emplace_back(Coordination{planner, {}, nullptr});
+  if (found == all.end()) {
+    if (all.size() == kMostPlanners) {
+      const std::string commands = received_[arm] ? received_[arm]->lease.planner : std::string();
+      all.erase(all.begin() + (all.front().planner == commands ? 1 : 0));
+    }
+    return all.emplace_back(Coordination{planner, {}, nullptr});
+  }
   std::rotate(found, found + 1, all.end());
   return all.back();
 }

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "services/bus/wire_rules.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/process_info.hpp"
@@ -97,7 +98,7 @@ const GoalCheckpoint::Slot* GoalCheckpoint::newest() const {
 
 std::optional<GoalCheckpoint::Saved> GoalCheckpoint::load() const {
   const Slot* slot = newest();
-  if (slot == nullptr) return std::nullopt;
+  if (slot == nullptr || !bus::is_usable_term(slot->term)) return std::nullopt;
   Saved what;
   what.lease = {slot->planner.data(), slot->term};
   what.stamp_ns = slot->stamp_ns;

@@ -175,6 +175,8 @@ class FailoverParticipant {
   [[nodiscard]] bool continues() const { return in_charge_ && was_in_charge_; }
   /// The validity of the checkpoint is decided: goals of clients may be handled.
   [[nodiscard]] bool ready() const { return !saved_; }
+  /// The term of the checkpoint, until its validity is decided; 0: there is none.
+  [[nodiscard]] std::uint64_t saved_term() const { return saved_ ? saved_->lease.term : 0; }
   [[nodiscard]] const FailoverRole& role() const { return role_; }
   [[nodiscard]] const std::string& node() const { return identity_.node; }
 

@@ -12,11 +12,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kStatusPeriod = 100ms;  // of an active goal
-constexpr auto kTrajectoryTime = 10s;  // for a client to send the trajectory of its goal again
-constexpr auto kFreeTime = 500ms;      // of free motion after which an arm is not obstructed
-constexpr auto kUnknownTime = 1s;      // in which the goal of a cancellation, or a status of it, may still arrive
-constexpr auto kUnknownPeriod = 20ms;  // between two answers to such cancellations: a writer keeps few statuses
+constexpr auto kStatusPeriod = 100ms;     // of an active goal
+constexpr auto kTrajectoryTime = 10s;     // for a client to send the trajectory of its goal again
+constexpr auto kFreeTime = 500ms;         // of free motion after which an arm is not obstructed
+constexpr auto kUnknownTime = 1s;         // in which the goal of a cancellation, or a status of it, may still arrive
+constexpr auto kUnknownPeriod = 20ms;     // between two answers to such cancellations: a writer keeps few statuses
+constexpr std::size_t kMostWaiting = 64;  // each may have 1 MB
 constexpr std::size_t kRemembered = GoalSnapshot::kHandled;  // goals, to recognise repetitions
 
 msg::Cause cancelled() {
@@ -69,6 +70,12 @@ void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
     if (answered || goal.goal().size() > GoalSnapshot::kLongestName) return;
     unknown_.push_back({goal.goal(), digest(goal), now});
     if (unknown_.size() > kRemembered) unknown_.pop_front();
+    return;
+  }
+  if (waiting_.size() == kMostWaiting) {
+    add_status(goal, msg::GoalState::GOAL_REJECTED,
+               make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, goal.goal(),
+                          std::to_string(kMostWaiting) + " goals wait for this arm already: send it again later"));
     return;
   }
   waiting_.push_back({goal, now});

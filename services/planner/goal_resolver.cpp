@@ -75,12 +75,13 @@ GoalAnswer named_goal(const planner::CellGeometry& geometry, const msg::Goal& go
 }
 
 GoalAnswer pose_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
-                     std::span<const world::ObstacleState> obstacles) {
+                     std::span<const world::ObstacleState> obstacles, double self_security_distance) {
   const auto tool = messages::from_message(goal.tool(), "goal: tool");
   if (!tool) return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED, tool.error);
-  const planner::ToolGoalAnswer found =
-      planner::resolve_tool_goal(geometry.own_arm(), *tool, q_now,
-                                 [&](const JointVector& q) { return planner::reject_goal(geometry, q, obstacles); });
+  const planner::ToolGoalAnswer found = planner::resolve_tool_goal(
+      geometry.own_arm(), *tool, q_now,
+      [&](const JointVector& q) { return planner::reject_goal(geometry, q, obstacles); },
+      [&](const JointVector& q) { return planner::reject_goal(geometry, q, obstacles, self_security_distance); });
   if (!found.rejection) return {.goal = goal, .q_goal = found.q, .tool = *tool};
   GoalAnswer answer = rejected(goal, *found.rejection);
   answer.nearest = found.nearest;
@@ -116,7 +117,7 @@ GoalAnswer trajectory_goal(const planner::CellGeometry& geometry, const msg::Goa
 }  // namespace
 
 GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal, const JointVector& q_now,
-                        std::span<const world::ObstacleState> obstacles, bool begins) {
+                        std::span<const world::ObstacleState> obstacles, bool begins, double self_security_distance) {
   if (!std::isfinite(goal.time_limit()) || goal.time_limit() < 0.0) {
     return rejected(goal, CauseKind::CAUSE_GOAL_MALFORMED,
                     "goal: time_limit = " + std::to_string(goal.time_limit()) + " must be 0 (none) or above [s]");
@@ -127,7 +128,7 @@ GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& 
     case msg::GoalKind::GOAL_NAMED:
       return named_goal(geometry, goal, obstacles);
     case msg::GoalKind::GOAL_POSE:
-      return pose_goal(geometry, goal, q_now, obstacles);
+      return pose_goal(geometry, goal, q_now, obstacles, self_security_distance);
     case msg::GoalKind::GOAL_TRAJECTORY:
       return trajectory_goal(geometry, goal, q_now, obstacles, begins);
   }
@@ -137,8 +138,8 @@ GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& 
 struct GoalResolver::Impl {
   using Thread = BackgroundThread<GoalQuestion, GoalAnswer>;
 
-  explicit Impl(planner::CellGeometry cell)
-      : geometry(std::move(cell)), thread([this](auto question) {
+  explicit Impl(planner::CellGeometry cell, double self_security_distance)
+      : geometry(std::move(cell)), thread([this, self_security_distance](auto question) {
           const GoalQuestion& asked = question.value();  // each turn has a question
           geometry.set_obstacles(*asked.obstacles);
           if (asked.goal.kind() == msg::GoalKind::GOAL_TRAJECTORY && !asked.follows_trajectories) {
@@ -147,14 +148,16 @@ struct GoalResolver::Impl {
                                          "the motion method of arm " + arm + " follows no trajectories; send its end",
                                          arm)};
           }
-          return Thread::Turn{resolve_goal(geometry, asked.goal, asked.q_now, asked.states, asked.begins)};
+          return Thread::Turn{
+              resolve_goal(geometry, asked.goal, asked.q_now, asked.states, asked.begins, self_security_distance)};
         }) {}
 
   planner::CellGeometry geometry;  ///< of the thread alone
   Thread thread;
 };
 
-GoalResolver::GoalResolver(planner::CellGeometry geometry) : impl_(std::make_unique<Impl>(std::move(geometry))) {}
+GoalResolver::GoalResolver(planner::CellGeometry geometry, double self_security_distance)
+    : impl_(std::make_unique<Impl>(std::move(geometry), self_security_distance)) {}
 GoalResolver::~GoalResolver() = default;
 
 void GoalResolver::ask(GoalQuestion question) {

@@ -51,17 +51,20 @@ struct GoalAnswer {
 /// solved by inverse kinematics, first from `q_now` [rad | m] and then from random seeds, until a solution passes the
 /// same check. A solution has the position and the orientation of the goal, within its tolerances and except for its
 /// free rotation, whatever the number of joints. Of a trajectory each point is checked for joint limits, its start for
-/// the distance from `q_now` if it `begins` now, and its end as a joint goal. Takes up to 0.2 s.
+/// the distance from `q_now` if it `begins` now, and its end as a joint goal. The way of a pose goal, if joints turn
+/// more than once, avoids postures in which links of the arm are nearer than `self_security_distance` [m]. Takes up to
+/// 0.2 s.
 [[nodiscard]] GoalAnswer resolve_goal(const planner::CellGeometry& geometry, const msg::Goal& goal,
                                       const planner::JointVector& q_now,
-                                      std::span<const world::ObstacleState> obstacles, bool begins = true);
+                                      std::span<const world::ObstacleState> obstacles, bool begins = true,
+                                      double self_security_distance = 0.0);
 
 /// resolve_goal() in a background thread. All functions are for the thread of the control loop and do not wait, except
 /// the destructor.
 class GoalResolver {
  public:
-  /// `geometry`: of the cell, with the planned arm as its own arm.
-  explicit GoalResolver(planner::CellGeometry geometry);
+  /// `geometry`: of the cell, with the planned arm as its own arm. `self_security_distance` [m]: see resolve_goal().
+  explicit GoalResolver(planner::CellGeometry geometry, double self_security_distance = 0.0);
   ~GoalResolver();  ///< waits for the present question
   GoalResolver(const GoalResolver&) = delete;
   GoalResolver& operator=(const GoalResolver&) = delete;

@@ -182,9 +182,12 @@ PlannerService::PlannerService(const config::CellFile& file, int arm, const Serv
       failover_({.arm = place.arm, .node = place.node, .first = place.first, .alone = place.alone}, options.checkpoint,
                 file.cell.arms[arm].arm.model->joints()),
       goals_(place.arm, place.node),
-      resolver_(planner::CellGeometry(arms_of(planner::live_cell(file.cell, arm)), arm)),
+      resolver_(planner::CellGeometry(arms_of(planner::live_cell(file.cell, arm)), arm),
+                file.cell.arms[arm].parameters.damper.self_security_distance),
       searches_(planner::live_cell(file.cell, arm), arm),
-      hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {}
+      hold_(make_cause(msg::CauseKind::CAUSE_STARTING, {}, "has just started")) {
+  participant_.know_term(failover_.saved_term());
+}
 
 void PlannerService::run() {
   const std::string& arm = planner_.name();

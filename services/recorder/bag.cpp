@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "services/recorder/cdr_columns.hpp"
+#include "services/recorder/current_messages.hpp"
 #include "services/recorder/recording.hpp"
 
 namespace hecaton::services::recorder {
@@ -118,6 +119,7 @@ class Export {
     for (auto& [topic, sheet] : sheets_) {
       if (std::fclose(sheet->file.release()) != 0) fail_to_write(report_.topics[topic].file);
     }
+    report_.notes = current_.notes();
     return std::move(report_);
   }
 
@@ -142,7 +144,8 @@ class Export {
     if (rule == nullptr || is_repeated(*message.channel)) return;
     auto& sheet = sheets_[message.channel->topic];
     if (!sheet) sheet = std::make_unique<Sheet>(*rule);
-    static_cast<void>(sheet->columns.measure(message.data));
+    const CurrentMessage current = current_.of(message);
+    if (current.refusal.empty()) static_cast<void>(sheet->columns.measure(current.data));
   }
 
   void begin(const std::string& topic, Sheet& sheet) {
@@ -165,14 +168,16 @@ class Export {
     const McapChannel& channel = *message.channel;
     Sheet& sheet = *sheets_.at(channel.topic);
     ExportedTopic& exported = report_.topics.at(channel.topic);
-    if (std::optional<std::string> reason = sheet.columns.measure(message.data)) {
+    CurrentMessage current = current_.of(message);
+    if (current.refusal.empty()) current.refusal = sheet.columns.measure(current.data).value_or("");
+    if (!current.refusal.empty()) {
       ++exported.skipped;
-      exported.reason = std::move(*reason);
+      exported.reason = std::move(current.refusal);
       return;
     }
     std::vector<std::string> cells{std::to_string(message.log_time), std::to_string(message.publish_time),
                                    metadata(channel, "node"), metadata(channel, "writer")};
-    std::vector<std::string> fields = sheet.columns.row(message.data);
+    std::vector<std::string> fields = sheet.columns.row(current.data);
     std::move(fields.begin(), fields.end(), std::back_inserter(cells));
     write(exported, sheet, cells);
     ++exported.rows;
@@ -181,6 +186,7 @@ class Export {
   const std::vector<std::string>& paths_;
   std::filesystem::path folder_;
   std::map<std::string, std::unique_ptr<Sheet>> sheets_;
+  CurrentMessages current_;
   std::vector<std::string> made_;  ///< files, to be removed when the export fails
   ExportReport report_;
 };

@@ -51,13 +51,14 @@ struct BagInfo {
 struct ExportedTopic {
   std::string file;
   std::uint64_t rows = 0;
-  std::uint64_t skipped = 0;  ///< messages that the file's own rule refuses
+  std::uint64_t skipped = 0;  ///< messages that a rule refuses, or that cannot be converted to this program's version
   std::string reason;         ///< why the last one was skipped
 };
 
 struct ExportReport {
   std::vector<McapReport> files;                ///< one for each path
   std::map<std::string, ExportedTopic> topics;  ///< by name
+  std::vector<std::string> notes;               ///< what a reader must know of them, a sentence each
 };
 
 /// Writes one CSV file for each topic of Hecaton into `folder`, which it makes if it is missing. `paths`: a recording,

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <charconv>
-#include <cstring>
 #include <string_view>
 
 #include <idl/common.h>
 #include <nlohmann/json.hpp>
 
 #include "services/bus/recorded_sample.hpp"
+#include "services/recorder/cdr_reader.hpp"
 
 namespace hecaton::services::recorder {
 namespace {
@@ -19,45 +18,6 @@ using Json = nlohmann::ordered_json;
 using bus::FieldKind;
 using bus::FieldRule;
 using bus::StructRule;
-
-constexpr std::size_t kEncapsulation = 4;
-
-/// Reads plain CDR that check_sample() has accepted.
-class CdrReader {
- public:
-  explicit CdrReader(ByteSpan message)
-      : bytes_(message.subspan(kEncapsulation)),
-        swapped_((message[1] == 1) != (std::endian::native == std::endian::little)) {}
-
-  template <class T>
-  T number() {
-    const std::size_t begin = (at_ + sizeof(T) - 1) & ~(sizeof(T) - 1);
-    if (begin + sizeof(T) > bytes_.size()) throw std::out_of_range("cut off");
-    std::array<std::uint8_t, sizeof(T)> raw{};
-    std::memcpy(raw.data(), bytes_.data() + begin, sizeof(T));
-    if (swapped_) std::reverse(raw.begin(), raw.end());
-    at_ = begin + sizeof(T);
-    return std::bit_cast<T>(raw);
-  }
-  std::string text() {
-    const auto size = number<std::uint32_t>();
-    if (size == 0) return {};
-    if (size > bytes_.size() - at_) throw std::out_of_range("cut off");
-    std::string value(reinterpret_cast<const char*>(bytes_.data()) + at_, size - 1);
-    at_ += size;
-    return value;
-  }
-  void skip_text() {
-    const auto size = number<std::uint32_t>();
-    if (size > bytes_.size() - at_) throw std::out_of_range("cut off");
-    at_ += size;
-  }
-
- private:
-  ByteSpan bytes_;
-  bool swapped_;
-  std::size_t at_ = 0;
-};
 
 /// A value that is no structure and no sequence.
 Json scalar(FieldKind kind, CdrReader& in) {
@@ -221,9 +181,8 @@ void put_cells(const StructRule& rule, const std::string& prefix, const Lengths&
 std::optional<std::string> CdrColumns::measure(ByteSpan message) {
   const bus::CheckedSample checked = bus::check_sample(rule_, message);
   if (checked.other_schema) {
-    return "its messages have version " + std::to_string(bus::schema_in(message)) +
-           ", and this program reads version " + std::to_string(msg::SCHEMA_VERSION) +
-           "; use the Hecaton that recorded it";
+    return "version " + std::to_string(bus::schema_in(message)) + " is not version " +
+           std::to_string(msg::SCHEMA_VERSION) + " of this program";
   }
   if (checked.refusal) return *checked.refusal;
   CdrReader in(message);

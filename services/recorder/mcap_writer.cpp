@@ -45,7 +45,7 @@ FileIdentity RecordFile::identity() const {
 }
 
 RecordFile::RecordFile(std::string path) : path_(std::move(path)) {
-  fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (fd_ >= 0) return;
   if (errno == EEXIST) throw RecordingError(path_ + " exists already; remove it or name another file");
   throw RecordingError(path_ + " cannot be created: " + std::strerror(errno) + "; name a file that can be written");

@@ -13,6 +13,7 @@
 #include "services/bus/wire_rules.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/temporary_folder.hpp"
+#include "services/view/arm_drawing.hpp"
 
 namespace hecaton::services::recorder {
 namespace {
@@ -39,9 +40,42 @@ Id participant_of(const bus::EndpointId& endpoint) {
   return id;
 }
 
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Adds the meshes with which an arm is drawn, if all of them fit into `left`, which becomes less.
+void attach_meshes(const view::ArmDrawing& drawing, const std::string& arm, std::vector<AttachedFile>& attached,
+                   std::uintmax_t& left) {
+  std::vector<std::string> missing;
+  std::uintmax_t bytes = 0;
+  for (const std::filesystem::path& file : drawing.files) {
+    const std::string path = std::filesystem::absolute(file).lexically_normal().string();
+    const auto known = [&](const AttachedFile& other) { return other.name == path; };
+    if (std::any_of(attached.begin(), attached.end(), known)) continue;
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (error) continue;  // it cannot be drawn now, either
+    missing.push_back(path);
+    bytes += size;
+  }
+  if (bytes > left) {
+    log_warning("the meshes of an arm are not in the recording", {{"arm", arm}, {"bytes", bytes}, {"left", left}});
+    return;
+  }
+  left -= bytes;
+  for (const std::string& path : missing) attached.push_back({path, media_type(path), text_of(path)});
+}
+
+/// A file of a row has a copy of its own: they take a hundredth of the place for all files.
+std::uintmax_t most_meshes_of(const RecordingOptions& recording) {
+  return recording.most_bytes > 0 ? std::min<std::uintmax_t>(kMostMeshes, recording.most_bytes / 100) : kMostMeshes;
+}
+
 }  // namespace
 
-std::vector<AttachedFile> attachments_of(const config::CellFile& file) {
+std::vector<AttachedFile> attachments_of(const config::CellFile& file, std::uintmax_t most_meshes) {
   const TemporaryFolder copies;
   file.sources.keep(copies.path());
   const std::string cell = std::filesystem::absolute(file.path).lexically_normal().string();
@@ -55,9 +89,12 @@ std::vector<AttachedFile> attachments_of(const config::CellFile& file) {
                   {{"file", path}, {"why", error ? error.message() : "more than 16 MiB"}});
       continue;
     }
-    std::ifstream stream(copy, std::ios::binary);
     const auto place = path == cell ? attached.begin() : attached.end();
-    attached.insert(place, {path, media_type(path), std::string(std::istreambuf_iterator<char>(stream), {})});
+    attached.insert(place, {path, media_type(path), text_of(copy)});
+  }
+  const view::Drawings drawings(file);
+  for (std::size_t i = 0; i < drawings.arms().size(); ++i) {
+    attach_meshes(drawings.arms()[i], file.cell.arms[i].arm.name, attached, most_meshes);
   }
   return attached;
 }
@@ -67,7 +104,7 @@ Recorder::Recorder(const config::CellFile& file, bus::Participant& participant, 
     : file_(file),
       clock_offset_(std::chrono::system_clock::now().time_since_epoch() - bus::Clock::now().time_since_epoch()),
       mailbox_(mailbox),
-      recording_(recording, attachments_of(file), unix_time(began_)),
+      recording_(recording, attachments_of(file, most_meshes_of(recording)), unix_time(began_)),
       readers_(participant, mailbox, kMostWaiting) {
   if (recording.ros2) ros2_.emplace(file, recording_, unix_time(began_));
 }

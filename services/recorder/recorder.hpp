@@ -76,8 +76,13 @@ class Recorder {
 /// Media type of attached YAML files.
 inline constexpr std::string_view kYamlFile = "application/yaml";
 
+/// The meshes with which a recording's arms are drawn, with their textures [byte].
+inline constexpr std::uintmax_t kMostMeshes = std::uintmax_t{32} << 20U;
+
 /// The cell file first, then all files that it was read from: robots, and meshes of their collision shapes. With them a
-/// recording opens on any machine. xacro files are attached as the URDF that they gave.
-[[nodiscard]] std::vector<AttachedFile> attachments_of(const config::CellFile& file);
+/// recording opens on any machine. xacro files are attached as the URDF that they gave. Then the meshes with which arms
+/// are drawn: all of an arm or none, and at most `most_meshes` bytes together.
+[[nodiscard]] std::vector<AttachedFile> attachments_of(const config::CellFile& file,
+                                                       std::uintmax_t most_meshes = kMostMeshes);
 
 }  // namespace hecaton::services::recorder

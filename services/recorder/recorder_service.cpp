@@ -71,6 +71,17 @@ std::string SavingEvents::take() {
   return event;
 }
 
+RecordingOptions row_of(const config::Record& record, std::string path) {
+  RecordingOptions options;
+  options.path = std::move(path);
+  options.split_bytes = record.split_size > 0 ? record.split_size : record.limit / 10;
+  options.split_time = record.split_time;
+  options.keep = record.keep;
+  options.most_bytes = record.limit;
+  options.ros2 = record.ros2;
+  return options;
+}
+
 RecorderService::RecorderService(const config::CellFile& file, const ServiceOptions& options,
                                  const ShutdownSignal& shutdown)
     : file_(file),
@@ -107,11 +118,7 @@ void RecorderService::run() {
 void RecorderService::begin(bus::Clock::time_point now) {
   if (now < begin_at_) return;
   begin_at_ = now + kBeginPeriod;
-  RecordingOptions options;
-  options.path = row_path(record_.folder, file_.cell.name);
-  options.keep = record_.keep;
-  options.most_bytes = record_.limit;
-  options.ros2 = record_.ros2;
+  RecordingOptions options = row_of(record_, row_path(record_.folder, file_.cell.name));
   try {
     make_folder(record_.folder);
     options.former = former_files(options.path, file_.cell.name);

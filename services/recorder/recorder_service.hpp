@@ -40,6 +40,9 @@ class SavingEvents {
   std::set<std::string> stopped_;  ///< by a person: arms, or the cell
 };
 
+/// How the service of a cell records: a row of files that begins with `path`.
+[[nodiscard]] RecordingOptions row_of(const config::Record& record, std::string path);
+
 class RecorderService {
  public:
   /// Joins the cell. `file` must have the key record; it and `shutdown` must outlive the object. Throws

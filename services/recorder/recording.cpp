@@ -77,6 +77,7 @@ void Recording::begin_file(std::uint64_t now) {
     for (const AttachedFile& attached : attachments_) {
       file_->attach(attached.name, attached.media_type, now, attached.text);
     }
+    attached_bytes_ = file_->size();
     if (report_) write_json(kReport, *report_, now);
     for (const auto& [key, recorded] : latched_) write_to_file(recorded, true);
     for (Made& made : made_) {
@@ -186,7 +187,7 @@ void Recording::keep_up(std::uint64_t now) {
     file_->flush();
     flushed_ = now;
   }
-  const bool large = options_.split_bytes > 0 && file_->size() >= options_.split_bytes;
+  const bool large = options_.split_bytes > 0 && file_->size() - attached_bytes_ >= options_.split_bytes;
   const bool old = options_.split_time.count() > 0 && now - began_ >= nanoseconds_of(options_.split_time);
   if (large || old) {
     end_file();

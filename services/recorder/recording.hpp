@@ -20,7 +20,7 @@ namespace hecaton::services::recorder {
 
 struct RecordingOptions {
   std::string path;                       ///< "run.mcap"; the files of a row are "run-0001.mcap" and so on
-  std::uint64_t split_bytes = 0;          ///< begin another file above this size; 0: never
+  std::uint64_t split_bytes = 0;          ///< begin another file above this size without attachments; 0: never
   std::chrono::nanoseconds split_time{};  ///< begin another file after this time; 0: never
   /// Remove files of the row that ended longer ago; 0: none. Without `split_time` a file then has a tenth of it.
   std::chrono::nanoseconds keep{};
@@ -139,6 +139,7 @@ class Recording {
   std::optional<std::string> report_;  ///< the newest one
   std::uint64_t messages_ = 0;
   std::uint64_t closed_bytes_ = 0;
+  std::uint64_t attached_bytes_ = 0;  ///< size of the open file before its first message
 };
 
 /// The files that former recordings of this cell have left in the folder of `row`, a path such as

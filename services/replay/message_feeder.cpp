@@ -45,11 +45,10 @@ bool is_of_cell(const McapChannel& channel) {
   return channel.schema != nullptr;
 }
 
-std::optional<std::string_view> key_in(const McapMessage& message) {
+std::optional<std::string_view> key_in(ByteSpan bytes) {
   // The key is the first field behind `schema`: a length and a text with a 0 at its end.
   constexpr std::size_t kLength = 8;
   constexpr std::size_t kText = 12;
-  const ByteSpan bytes = message.data;
   if (bytes.size() < kText || bytes[1] != 1) return std::nullopt;
   std::uint32_t size = 0;
   for (std::size_t i = 0; i < 4; ++i) size |= static_cast<std::uint32_t>(bytes[kLength + i]) << (8 * i);
@@ -57,9 +56,10 @@ std::optional<std::string_view> key_in(const McapMessage& message) {
   return std::string_view(reinterpret_cast<const char*>(bytes.data()) + kText, size - 1);
 }
 
-const MessageFeeder::Role& MessageFeeder::role_of(const McapChannel& channel) {
-  const auto [known, first] = roles_.try_emplace(&channel);
+const MessageFeeder::Role& MessageFeeder::role_of(const std::shared_ptr<const McapChannel>& described) {
+  const auto [known, first] = roles_.try_emplace(described);
   if (!first) return known->second;
+  const McapChannel& channel = *described;
   static const std::map<std::string_view, Topic> kTopics{
       {bus::Topic<msg::ArmState>::kInfo.name, Topic::kArmState},
       {bus::Topic<msg::Heartbeat>::kInfo.name, Topic::kHeartbeat},
@@ -79,36 +79,44 @@ const MessageFeeder::Role& MessageFeeder::role_of(const McapChannel& channel) {
 }
 
 void MessageFeeder::take(const McapMessage& message) {
-  const Role& role = role_of(*message.channel);
+  const Role& role = role_of(message.channel);
+  if (role.topic == Topic::kOther) return;
+  if (role.topic == Topic::kWithdrawn) return withdraw(message.data, time_of(message));
+  const recorder::CurrentMessage current = current_.of(message);
+  if (!current.refusal.empty()) return refuse(current.refusal);
   switch (role.topic) {
-    case Topic::kOther:
-      return;
-    case Topic::kWithdrawn:
-      withdraw(message.data, time_of(message));
-      return;
     case Topic::kArmState:
     case Topic::kPlannedMotion:
     case Topic::kHeartbeat:
     case Topic::kObstacleStates:
     case Topic::kContactReport:
-      if (defer(role, message)) return;
+      if (defer(role, current.data, time_of(message))) return;
       break;
     default:
       break;
   }
-  decode(role.topic, message.data, time_of(message), role.writer);
+  decode(role.topic, current.data, time_of(message), role.writer);
 }
 
-bool MessageFeeder::defer(const Role& role, const McapMessage& message) {
+void MessageFeeder::refuse(const std::string& sentence) {
+  const auto known = undecoded_.refused.find(sentence);
+  if (known != undecoded_.refused.end()) {
+    ++known->second;
+  } else if (undecoded_.refused.size() < UndecodedMessages::kMostRefusals) {
+    undecoded_.refused.emplace(sentence, 1);
+  }
+}
+
+bool MessageFeeder::defer(const Role& role, ByteSpan data, bus::Clock::time_point received) {
   const bool keyed = role.topic != Topic::kObstacleStates && role.topic != Topic::kContactReport;
-  const auto key = keyed ? key_in(message) : std::optional<std::string_view>("");
+  const auto key = keyed ? key_in(data) : std::optional<std::string_view>("");
   if (!key) return false;
   key_.assign(1, static_cast<char>(role.topic)).append(*key);
   auto waiting = waiting_.find(key_);
   if (waiting == waiting_.end()) waiting = waiting_.emplace(key_, Waiting()).first;
   waiting->second.topic = role.topic;
-  waiting->second.data.assign(message.data.begin(), message.data.end());
-  waiting->second.received = time_of(message);
+  waiting->second.data.assign(data.begin(), data.end());
+  waiting->second.received = received;
   waiting->second.writer = role.writer;
   waiting->second.waits = true;
   return true;
@@ -157,10 +165,10 @@ template <class T>
 void MessageFeeder::apply(ByteSpan data, bus::Clock::time_point received, const bus::EndpointId& writer) {
   bus::DecodedSample<T> decoded = bus::decode_recorded<T>(data);
   if (!decoded.value) {
-    ++(decoded.other_schema ? undecoded_.of_other_schema : undecoded_.broken);
-    if (undecoded_.of_other_schema == 1 && decoded.other_schema) undecoded_.schema = bus::schema_in(data);
+    ++undecoded_.broken;
     return;
   }
+  ++decoded_;
   bus::Sample<T> sample{std::move(*decoded.value), {}, received, writer};
   sample.key = bus::key_of(sample.value);
   state_.apply(sample);

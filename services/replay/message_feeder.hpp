@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
+#include "services/recorder/current_messages.hpp"
 #include "services/recorder/mcap_reader.hpp"
 #include "services/replay/marks.hpp"
 #include "services/view/cell_state.hpp"
@@ -28,24 +31,25 @@ namespace hecaton::services::replay {
 [[nodiscard]] bool is_of_cell(const recorder::McapChannel& channel);
 
 /// The key of a sample of ArmState, PlannedMotion or Heartbeat; empty: it has another byte order, or is cut off. Valid
-/// as long as the message.
-[[nodiscard]] std::optional<std::string_view> key_in(const recorder::McapMessage& message);
+/// as long as the bytes.
+[[nodiscard]] std::optional<std::string_view> key_in(recorder::ByteSpan bytes);
 
 /// What could not be decoded.
 struct UndecodedMessages {
-  std::uint64_t of_other_schema = 0;  ///< recorded by another version of Hecaton
-  std::uint32_t schema = 0;           ///< version of the first of these
-  std::uint64_t broken = 0;           ///< that break a rule of the wire
+  static constexpr std::size_t kMostRefusals = 20;
+  /// Of another version, and not converted: the sentence, and how many. Further sentences are left out.
+  std::map<std::string, std::uint64_t> refused;
+  std::uint64_t broken = 0;  ///< that break a rule of the wire
 };
 
-/// It decodes at once what changes seldom. Of arm states, planned motions, heartbeats, obstacle poses and contact
-/// reports it decodes only the newest of each key, in flush(): the state of a cell has no others. For one thread.
+/// It converts messages of other versions. It decodes at once what changes seldom. Of arm states, planned motions,
+/// heartbeats, obstacle poses and contact reports it decodes only the newest of each key, in flush(): the state of a
+/// cell has no others. For one thread.
 class MessageFeeder {
  public:
   /// Both must outlive it. `marks` gets what is decoded at once; null: none.
   explicit MessageFeeder(CellState& state, MarkFinder* marks = nullptr) : state_(state), marks_(marks) {}
 
-  /// Its channel must outlive the feeder.
   void take(const recorder::McapMessage& message);
   /// Brings the state up to date with all messages so far.
   void flush();
@@ -53,6 +57,9 @@ class MessageFeeder {
   void drop();
 
   [[nodiscard]] const UndecodedMessages& undecoded() const { return undecoded_; }
+  [[nodiscard]] std::uint64_t decoded() const { return decoded_; }  ///< messages
+  /// What a reader must know of messages of other versions, a sentence each.
+  [[nodiscard]] std::vector<std::string> notes() const { return current_.notes(); }
 
  private:
   enum class Topic : std::uint8_t {
@@ -84,9 +91,10 @@ class MessageFeeder {
   /// By topic and key. It keeps the memory of messages that were decoded.
   using WaitingMessages = std::map<std::string, Waiting, std::less<>>;
 
-  [[nodiscard]] const Role& role_of(const recorder::McapChannel& channel);
+  [[nodiscard]] const Role& role_of(const std::shared_ptr<const recorder::McapChannel>& described);
   /// False: the message cannot wait.
-  bool defer(const Role& role, const recorder::McapMessage& message);
+  bool defer(const Role& role, recorder::ByteSpan data, bus::Clock::time_point received);
+  void refuse(const std::string& sentence);
   void decode(Topic topic, recorder::ByteSpan data, bus::Clock::time_point received, const bus::EndpointId& writer);
   template <class T>
   void apply(recorder::ByteSpan data, bus::Clock::time_point received, const bus::EndpointId& writer);
@@ -94,8 +102,10 @@ class MessageFeeder {
 
   CellState& state_;
   MarkFinder* marks_;
+  recorder::CurrentMessages current_;
   UndecodedMessages undecoded_;
-  std::unordered_map<const recorder::McapChannel*, Role> roles_;
+  std::uint64_t decoded_ = 0;
+  std::unordered_map<std::shared_ptr<const recorder::McapChannel>, Role> roles_;
   WaitingMessages waiting_;
   std::string key_;  ///< of defer()
 };

@@ -99,8 +99,9 @@ std::optional<bus::Clock::time_point> RecordedCell::previous_tick(const std::str
 
 bool RecordedCell::matches(const McapMessage& message, const Wanted& wanted) {
   if (message.channel->topic != wanted.topic) return false;
-  const auto key = key_in(message);
-  return wanted.arm.empty() || (key && *key == wanted.arm);
+  if (wanted.arm.empty()) return true;
+  const auto key = key_in(searched_.of(message).data);
+  return key && *key == wanted.arm;
 }
 
 std::optional<bus::Clock::time_point> RecordedCell::next(const Wanted& wanted) {

@@ -65,11 +65,12 @@ class RecordedCell {
   [[nodiscard]] const Loaded& load(std::size_t chunk);
   [[nodiscard]] std::optional<bus::Clock::time_point> next(const Wanted& wanted);
   [[nodiscard]] std::optional<bus::Clock::time_point> previous(const Wanted& wanted);
-  [[nodiscard]] static bool matches(const recorder::McapMessage& message, const Wanted& wanted);
+  [[nodiscard]] bool matches(const recorder::McapMessage& message, const Wanted& wanted);
 
   const RecordingIndex& index_;
   CellState state_;
   MessageFeeder feeder_;
+  recorder::CurrentMessages searched_;  ///< for matches()
   bus::Clock::time_point now_;
   std::size_t chunk_ = 0;          ///< that has the next message
   std::size_t message_ = 0;        ///< the next one in the chunk

@@ -8,7 +8,6 @@
 
 #include "services/recorder/mcap_reader.hpp"
 #include "services/recorder/recorder.hpp"
-#include "services/runtime/temporary_folder.hpp"
 
 namespace hecaton::services::replay {
 namespace {
@@ -97,13 +96,13 @@ RecordedFiles read_recorded_files(const std::vector<std::string>& paths) {
     throw RecordingError(paths.front() + " has no cell file attached; name a file that `hecaton record` has written");
   }
   for (std::size_t i = 1; i < paths.size(); ++i) require_same_cell(paths.front(), *cell, paths[i]);
-  const TemporaryFolder snapshot;
-  put(files, snapshot.path());
+  auto copies = std::make_shared<const TemporaryFolder>();
+  put(files, copies->path());
   std::optional<Variable> robots;
   if (const auto folder = robots_folder_in(files)) robots.emplace("HECATON_ROBOTS", *folder);
-  config::CellFile file = config::load_cell_file(cell->name, snapshot.path());
-  view::Drawings drawings(file);
-  return {std::move(file), std::move(drawings)};
+  config::CellFile file = config::load_cell_file(cell->name, copies->path());
+  view::Drawings drawings(file, copies->path());
+  return {std::move(copies), std::move(file), std::move(drawings)};
 }
 
 }  // namespace hecaton::services::replay

@@ -138,11 +138,13 @@ class Indexing {
       throw RecordingError(paths.front() + " has no messages of a cell that can be read; name another recording");
     }
     const UndecodedMessages& undecoded = feeder_.undecoded();
-    const std::string version = std::to_string(msg::SCHEMA_VERSION);
-    if (undecoded.of_other_schema > 0) {
-      throw RecordingError(paths.front() + " was recorded by another version of Hecaton: its messages have version " +
-                           std::to_string(undecoded.schema) + ", and this program reads version " + version +
-                           "; use the Hecaton that recorded it. `hecaton bag info` works with every version");
+    if (!undecoded.refused.empty() && feeder_.decoded() == 0) {
+      throw RecordingError(paths.front() + ": " + undecoded.refused.begin()->first +
+                           ". `hecaton bag info` works with every version");
+    }
+    for (std::string& note : feeder_.notes()) index_.notes.push_back(std::move(note));
+    for (const auto& [sentence, count] : undecoded.refused) {
+      index_.notes.push_back(std::to_string(count) + " messages are left out: " + sentence);
     }
     if (undecoded.broken > 0) {
       index_.notes.push_back(std::to_string(undecoded.broken) +

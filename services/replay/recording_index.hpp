@@ -51,7 +51,8 @@ struct RecordingIndex {
 
 /// Reads all files, which follow each other in time. `file` must outlive the index. `progress`: called with the share
 /// that was read, some times a second; empty: not called. Throws RecordingError with a sentence: a file that cannot be
-/// read, without messages of a cell, of another version of Hecaton, or that does not follow the former file.
+/// read, without messages of a cell, or without one that can be converted to this version of Hecaton, or that does not
+/// follow the former file.
 [[nodiscard]] RecordingIndex index_recording(const std::vector<std::string>& paths, const config::CellFile& file,
                                              const std::function<void(double share)>& progress = {});
 

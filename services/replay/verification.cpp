@@ -14,6 +14,7 @@
 #include <idl/planner.h>
 
 #include "services/bus/recorded_sample.hpp"
+#include "services/recorder/current_messages.hpp"
 #include "services/recorder/mcap_reader.hpp"
 #include "services/recorder/recording.hpp"
 #include "services/tick_log/cell_changes.hpp"
@@ -222,10 +223,9 @@ class Verifier {
     if (undecoded_ > 0) {
       note(std::to_string(undecoded_) + " ticks break a rule of the wire: they are not verified");
     }
-    if (of_other_schema_ > 0) {
-      note(std::to_string(of_other_schema_) + " ticks have version " + std::to_string(schema_) +
-           " of the messages, and this program reads version " + std::to_string(msg::SCHEMA_VERSION) +
-           ": they are not verified; verify with the Hecaton that recorded them");
+    for (std::string& sentence : current_.notes()) note(std::move(sentence));
+    for (const auto& [sentence, count] : refused_) {
+      note(std::to_string(count) + " messages are not verified: " + sentence);
     }
     Verification result;
     result.notes = std::move(result_.notes);
@@ -243,18 +243,32 @@ class Verifier {
     return -1;
   }
 
+  /// The message in this program's version; empty: it is refused.
+  template <class T>
+  std::optional<T> decoded(const recorder::CurrentMessage& current) {
+    constexpr std::size_t kMostSentences = 20;
+    if (current.refusal.empty()) return bus::decode_recorded<T>(current.data).value;
+    if (refused_.size() < kMostSentences || refused_.count(current.refusal) > 0) ++refused_[current.refusal];
+    return std::nullopt;
+  }
+
   void take_tick(const McapMessage& message) {
-    const bus::DecodedSample<msg::PlannerTick> decoded = bus::decode_recorded<msg::PlannerTick>(message.data);
-    if (!decoded.value) {
-      ++(decoded.other_schema ? of_other_schema_ : undecoded_);
-      if (decoded.other_schema) schema_ = bus::schema_in(message.data);
+    const recorder::CurrentMessage current = current_.of(message);
+    const auto value = decoded<msg::PlannerTick>(current);
+    if (!value) {
+      if (current.refusal.empty()) ++undecoded_;
       return;
     }
-    const msg::PlannerTick& tick = *decoded.value;
+    const msg::PlannerTick& tick = *value;
     const int arm = index_of(tick.arm());
     if (arm < 0) return;
     ArmVerification& report = result_.arms[static_cast<std::size_t>(arm)];
     ++report.recorded;
+    if (!current.lack.empty()) {
+      // A default is not what the planner had.
+      ++report.unverified[std::string(current.lack) + " of a tick; verify with the Hecaton that recorded it"];
+      return;
+    }
     if (tick.snapshot() && tick.program() != program_text()) {
       note("recorded by program " + tick.program() + ", and recomputed by " + program_text() +
            ": differences may come from that");
@@ -270,9 +284,9 @@ class Verifier {
   }
 
   void take_command(const McapMessage& message) {
-    const bus::DecodedSample<msg::ArmCommand> decoded = bus::decode_recorded<msg::ArmCommand>(message.data);
-    if (!decoded.value) return;
-    const msg::ArmCommand& command = *decoded.value;
+    const auto value = decoded<msg::ArmCommand>(current_.of(message));
+    if (!value) return;
+    const msg::ArmCommand& command = *value;
     const int arm = index_of(command.arm());
     if (arm < 0) return;
     const auto key = set_point_of(message, command.sequence_number());
@@ -316,8 +330,8 @@ class Verifier {
   std::vector<CommandComparison> commands_;
   std::optional<std::uint64_t> began_;
   std::uint64_t undecoded_ = 0;
-  std::uint64_t of_other_schema_ = 0;  ///< ticks
-  std::uint32_t schema_ = 0;           ///< of these
+  recorder::CurrentMessages current_;
+  std::map<std::string, std::uint64_t> refused_;  ///< messages, by sentence
 };
 
 /// Makes the changes of a simulation. False: it is the recording of a live cell.

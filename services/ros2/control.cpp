@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "services/bus/wire_rules.hpp"
 #include "services/ros2_messages/cell_description.hpp"
@@ -11,7 +10,7 @@
 namespace hecaton::ros2 {
 namespace {
 
-constexpr std::size_t kMostOrders = 16;  // of one service that wait
+using client::ModeOrder;
 
 /// Sends a goal, and logs why it cannot be sent.
 template <class Send>
@@ -46,27 +45,40 @@ void append(NodeEndpoints& all, const NodeEndpoints& more) {
 
 OrderServices::OrderServices(bus::Participant& participant, const config::CellFile& file, const Cell& cell,
                              bus::Mailbox& mailbox)
-    : cell_(cell) {
+    : modes_([cell](ModeOrder order, const std::vector<std::string>& arms, const std::stop_token& stop) {
+        const Wait wait{kAnswerLimit, stop};
+        switch (order) {
+          case ModeOrder::kHold:
+            return cell.hold(arms, wait);
+          case ModeOrder::kResume:
+            return cell.resume(arms, wait);
+          case ModeOrder::kStop:
+            break;
+        }
+        return cell.stop(arms, wait);
+      }) {
   const auto serve = [&](const std::string& where, const std::vector<std::string>& arms) {
-    for (const auto& [name, kind] :
-         {std::pair("/hold", Kind::kHold), std::pair("/resume", Kind::kResume), std::pair("/stop", Kind::kStop)}) {
+    for (const auto& [name, kind] : {std::pair("/hold", ModeOrder::kHold), std::pair("/resume", ModeOrder::kResume),
+                                     std::pair("/stop", ModeOrder::kStop)}) {
       orders_.push_back({bus::ros2::Server(participant, service_of(where + name, type::kTrigger), mailbox), kind, arms,
-                         where + name, UnreadableLog(where + name, type::kTrigger.name)});
+                         UnreadableLog(where + name, type::kTrigger.name)});
     }
   };
   serve(file.ros2->ns + "/hecaton", {});
   for (const planner::PlannedArm& planned : file.cell.arms) {
     serve(file.ros2->ns + "/" + planned.arm.name, {planned.arm.name});
   }
-  threads_[0] = std::jthread([this](const std::stop_token& stop) { run(stop, stops_); });
-  threads_[1] = std::jthread([this](const std::stop_token& stop) { run(stop, others_); });
 }
 
 void OrderServices::update() {
   for (std::size_t i = 0; i < orders_.size(); ++i) {
     for (const bus::ros2::Request& request : orders_[i].server.take()) {
       if (decoded<TriggerRequest>(request.bytes)) {
-        enqueue({i, request.id});
+        const Request at{i, request.id};
+        modes_.give(orders_[i].kind, orders_[i].arms, 0, [this, at](const client::ModeOutcome& outcome) {
+          const std::scoped_lock lock(mutex_);
+          replies_.emplace_back(at, TriggerResponse{outcome.done, outcome.text});
+        });
       } else {
         orders_[i].unreadable.note(bus::Clock::now());
       }
@@ -78,82 +90,6 @@ void OrderServices::update() {
     replies.swap(replies_);
   }
   for (const auto& [request, response] : replies) orders_[request.order].server.reply(request.id, encoded(response));
-}
-
-void OrderServices::enqueue(const Request& request) {
-  const Order& order = orders_[request.order];
-  Queue& queue = order.kind == Kind::kStop ? stops_ : others_;
-  const std::scoped_lock lock(mutex_);
-  if (order.kind != Kind::kResume) withdraw_resumes(order);
-  const auto same = std::count_if(queue.waiting.begin(), queue.waiting.end(),
-                                  [&](const Request& other) { return other.order == request.order; });
-  if (static_cast<std::size_t>(same) >= kMostOrders) {
-    replies_.emplace_back(request, TriggerResponse{false, std::to_string(kMostOrders) + " requests of " + order.name +
-                                                              " wait already; send it again later"});
-    return;
-  }
-  auto place = queue.waiting.end();
-  if (order.kind == Kind::kHold) {
-    place = std::find_if(queue.waiting.begin(), queue.waiting.end(),
-                         [&](const Request& other) { return orders_[other.order].kind == Kind::kResume; });
-  }
-  queue.waiting.insert(place, request);
-  queue.arrived.notify_one();
-}
-
-void OrderServices::withdraw_resumes(const Order& by) {
-  std::erase_if(others_.waiting, [&](const Request& request) {
-    const Order& order = orders_[request.order];
-    const bool apart = !by.arms.empty() && !order.arms.empty() && by.arms != order.arms;
-    if (order.kind != Kind::kResume || apart) return false;
-    replies_.emplace_back(request, TriggerResponse{false, "not carried out: a later request of " + by.name +
-                                                              " came first; send it again to resume"});
-    return true;
-  });
-}
-
-void OrderServices::run(const std::stop_token& stop, Queue& queue) {
-  std::unique_lock lock(mutex_);
-  while (queue.arrived.wait(lock, stop, [&] { return !queue.waiting.empty(); })) {
-    const std::vector<Request> requests = next_of(queue);
-    lock.unlock();
-    const TriggerResponse response = carry_out(requests, stop);
-    lock.lock();
-    for (const Request& request : requests) replies_.emplace_back(request, response);
-  }
-}
-
-std::vector<OrderServices::Request> OrderServices::next_of(Queue& queue) const {
-  const auto end = &queue == &stops_ ? queue.waiting.end() : queue.waiting.begin() + 1;
-  std::vector<Request> requests(queue.waiting.begin(), end);
-  queue.waiting.erase(queue.waiting.begin(), end);
-  return requests;
-}
-
-TriggerResponse OrderServices::carry_out(const std::vector<Request>& requests, const std::stop_token& stop) const {
-  std::set<std::string> arms;
-  bool whole_cell = false;
-  for (const Request& request : requests) {
-    const Order& order = orders_[request.order];
-    whole_cell = whole_cell || order.arms.empty();
-    arms.insert(order.arms.begin(), order.arms.end());
-  }
-  if (whole_cell) arms.clear();
-  const std::vector<std::string> of(arms.begin(), arms.end());
-  const Wait wait{kAnswerLimit, stop};
-  try {
-    switch (orders_[requests.front().order].kind) {
-      case Kind::kHold:
-        return {true, cell_.hold(of, wait).warning.text};
-      case Kind::kResume:
-        return {true, cell_.resume(of, wait).warning.text};
-      case Kind::kStop:
-        break;
-    }
-    return {true, cell_.stop(of, wait).warning.text};
-  } catch (const Error& error) {
-    return {false, error.what()};
-  }
 }
 
 NodeEndpoints OrderServices::endpoints() const {
@@ -194,7 +130,7 @@ void Control::update(const CellView& view, bus::Clock::time_point now) {
 }
 
 void Control::take_goals(ArmControl& control) {
-  for (const PoseStamped& message : control.poses.take()) {
+  control.poses.take_each([&](const PoseStamped& message) {
     const std::string& frame = message.header.frame_id;
     const auto pose = pose_of(message);
     if (frame != kWorldFrame) {
@@ -205,19 +141,19 @@ void Control::take_goals(ArmControl& control) {
     } else {
       send(control.arm, [&] { return control.client.go_to(*pose); });
     }
-  }
-  for (const JointState& message : control.positions.take()) {
+  });
+  control.positions.take_each([&](const JointState& message) {
     const auto joints = joint_numbers(message.name, control.arm);
     const bool finite = std::all_of(message.position.begin(), message.position.end(),
                                     [](double value) { return std::isfinite(value); });
     if (!joints || message.position.size() != message.name.size() || !finite) {
       ignore(control.arm, "goal_joints", "it must have each joint of the arm once, with a finite position");
-      continue;
+      return;
     }
     std::vector<double> q(joints->size());
     for (std::size_t i = 0; i < q.size(); ++i) q[static_cast<std::size_t>((*joints)[i])] = message.position[i];
     send(control.arm, [&] { return control.client.go_to(q); });
-  }
+  });
 }
 
 std::vector<OrderedPath> Control::paths() const {

@@ -1,19 +1,15 @@
 #pragma once
 /// What nodes of ROS 2 may order: trajectories, goals, obstacles, hold, resume and stop.
 
-#include <array>
-#include <condition_variable>
-#include <deque>
 #include <memory>
 #include <mutex>
-#include <stop_token>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include <hecaton/client.hpp>
 
+#include "services/client/mode_orders.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/ros2/scene_editor.hpp"
 #include "services/ros2/trajectory_server.hpp"
@@ -23,10 +19,6 @@ namespace hecaton::ros2 {
 
 /// Services std_srvs/srv/Trigger for orders to the supervisor, which take up to two seconds each. All calls are for one
 /// thread.
-///
-/// Stops have a thread of their own, which carries out all that wait as one order. Another thread carries out holds and
-/// resumes one after the other, holds first. A stop or a hold withdraws the resumes of its arms that wait: the arm
-/// would move again by an older order.
 class OrderServices {
  public:
   /// Serves NAMESPACE/hecaton/{hold,resume,stop} and NAMESPACE/ARM/{hold,resume,stop}. `mailbox` must outlive it.
@@ -37,36 +29,21 @@ class OrderServices {
   [[nodiscard]] NodeEndpoints endpoints() const;
 
  private:
-  enum class Kind { kHold, kResume, kStop };
   struct Order {
     bus::ros2::Server server;
-    Kind kind;
+    client::ModeOrder kind;
     std::vector<std::string> arms;  ///< empty: the cell
-    std::string name;               ///< of the service
     UnreadableLog unreadable;
   };
   struct Request {
     std::size_t order;
     bus::ros2::RequestId id;
   };
-  struct Queue {
-    std::deque<Request> waiting;
-    std::condition_variable_any arrived;
-  };
-  void enqueue(const Request& request);
-  void withdraw_resumes(const Order& by);
-  /// Carries out stops, or all others.
-  void run(const std::stop_token& stop, Queue& queue);
-  [[nodiscard]] std::vector<Request> next_of(Queue& queue) const;
-  [[nodiscard]] TriggerResponse carry_out(const std::vector<Request>& requests, const std::stop_token& stop) const;
 
-  Cell cell_;
   std::vector<Order> orders_;  ///< fixed after construction
-  std::mutex mutex_;           ///< guards the queues and replies_
-  Queue stops_;
-  Queue others_;
+  std::mutex mutex_;           ///< guards replies_
   std::vector<std::pair<Request, TriggerResponse>> replies_;
-  std::array<std::jthread, 2> threads_;  ///< last: they use all of it
+  client::ModeOrders modes_;  ///< last: its threads use all of it
 };
 
 /// All that drives the cell from ROS 2. For one thread.

@@ -22,7 +22,7 @@ constexpr std::size_t kRoom = 1U << 16U;
 class File {
  public:
   explicit File(const std::string& path)
-      : descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR | S_IRGRP | S_IROTH)) {}
+      : descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR)) {}
   ~File() {
     if (descriptor_ >= 0) ::close(descriptor_);
   }

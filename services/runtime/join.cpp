@@ -16,6 +16,7 @@
 #include "services/bus/topics.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/thread_priority.hpp"
+#include "services/security/expiry.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -131,7 +132,14 @@ namespace {
 void set_identity(bus::ParticipantOptions& participant, const std::filesystem::path& enclave) {
   participant.identity = enclave;
   if (enclave.empty()) return;
-  participant.identity_expires = expiry_of(enclave);
+  const auto expires = expiry_of(enclave);
+  participant.identity_expires = expires;
+  // Supervisors report the keys of running nodes only, not those of a person.
+  if (expires - std::chrono::system_clock::now() < kExpiryLead) {
+    log_warning("identity expires soon", {{"folder", enclave.string()},
+                                          {"expires", date_text(expires)},
+                                          {"reason", "`hecaton keystore renew` makes new keys"}});
+  }
   if (const auto outdated = outdated_permissions(enclave)) {
     log_warning("identity is outdated", {{"folder", enclave.string()}, {"reason", *outdated}});
   }

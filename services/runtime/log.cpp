@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstdio>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
 
 #include <spdlog/async.h>
@@ -13,6 +15,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "services/runtime/log_limit.hpp"
 #include "services/runtime/thread_priority.hpp"
 
 namespace hecaton::services {
@@ -65,9 +68,23 @@ void append(std::string& line, std::string_view key, std::string_view value) {
   line += '"';
 }
 
+std::optional<std::uint64_t> admit(std::string_view event) {
+  static std::mutex mutex;
+  static LogLimit limit;
+  const std::scoped_lock lock(mutex);
+  return limit.admit(event, std::chrono::steady_clock::now());
+}
+
 void write(spdlog::level::level_enum level, std::string_view event, LogFields fields) {
   const auto logger = current().load();
-  if (logger && logger->should_log(level)) logger->log(level, log_text(event, fields));
+  if (!logger || !logger->should_log(level)) return;
+  std::string line = log_text(event, fields);
+  if (level > spdlog::level::debug) {  // debugging wants all lines
+    const auto omitted = admit(event);
+    if (!omitted) return;
+    if (*omitted > 0) append(line, "omitted_before", std::to_string(*omitted));
+  }
+  logger->log(level, line);
 }
 
 }  // namespace

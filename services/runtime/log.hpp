@@ -2,7 +2,7 @@
 /// Structured log lines on stderr or in a file:
 ///   time=2026-01-31T12:00:00.000Z level=info node=planner/arm1 event="goal rejected" goal=g7 reason="joint 2 = …"
 /// A separate thread writes the lines, so that no loop waits for the log. When it cannot keep up, the oldest lines are
-/// dropped.
+/// dropped. Of an event that occurs very often most lines are left out, and the next one counts them (log_limit.hpp).
 
 #include <concepts>
 #include <cstdint>

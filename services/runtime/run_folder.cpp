@@ -71,12 +71,31 @@ bool is_ours(const fs::path& path) {
   return ::lstat(path.c_str(), &about) == 0 && S_ISDIR(about.st_mode) && about.st_uid == ::geteuid();
 }
 
-/// For the holder of the lock. The origin goes first: a dying service may still create a file, and a folder without an
-/// origin counts as empty.
+/// What an agent has made has an origin, or nothing at all. All else stays.
+bool is_of_a_run(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(fs::symlink_status(path / kOrigin, error)) || fs::is_empty(path, error);
+}
+
+/// Removes all but the origin, whose text no run has from now on: an interruption leaves no checkpoints that count.
+void discard(const fs::path& path) {
+  std::ofstream(path / kOrigin, std::ios::binary | std::ios::trunc).flush();
+  for (const auto& entry : fs::directory_iterator(path)) {
+    if (entry.path().filename() != kOrigin) fs::remove_all(entry.path());
+  }
+}
+
+/// For the holder of the lock. A dying service may still create a file: then the folder stays, for the next agent.
 void remove_locked(const fs::path& path) {
-  std::error_code ignored;
-  fs::remove(path / kOrigin, ignored);
-  fs::remove_all(path, ignored);
+  if (!is_of_a_run(path)) return;
+  std::error_code error;
+  try {
+    discard(path);
+  } catch (const fs::filesystem_error&) {
+    return;
+  }
+  fs::remove(path / kOrigin, error);
+  if (!fs::remove(path, error) && error) std::ofstream(path / kOrigin, std::ios::binary).flush();
 }
 
 /// Does nothing when a process holds the lock.
@@ -163,13 +182,15 @@ void RunFolder::take(const RunName& run) {
 
 void RunFolder::begin(const std::string& origin, bool clean) {
   const fs::path file = path_ / kOrigin;
+  if (!is_of_a_run(path_)) {
+    fail(path_, "it holds files that no run has made");
+  }
   const bool was_used = !fs::is_empty(path_);
   resumed_ = !clean && read(file) == origin;
   kept_ = resumed_;
   if (!resumed_) {
     discarded_ = was_used && !clean;
-    fs::remove(file);  // first: an interruption here must not leave some checkpoints with an origin
-    for (const auto& entry : fs::directory_iterator(path_)) fs::remove_all(entry.path());
+    discard(path_);
     std::ofstream written(file, std::ios::binary);
     written << origin;
     if (!written.flush()) fail(path_, std::strerror(errno));
@@ -185,7 +206,8 @@ void RunFolder::remove_abandoned() const {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(path_.parent_path(), ignored)) {
     const std::string name = entry.path().filename();
-    if (!name.starts_with(kPrefix) || name.find(kBeforeHost) == std::string::npos || !is_ours(entry.path())) continue;
+    if (!name.starts_with(kPrefix) || name.find(kBeforeHost) == std::string::npos) continue;
+    if (!is_ours(entry.path())) continue;
     struct stat about {};
     if (::stat(entry.path().c_str(), &about) != 0) continue;
     if (std::time(nullptr) - about.st_mtim.tv_sec < std::chrono::seconds(kAbandoned).count()) continue;

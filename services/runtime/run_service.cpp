@@ -18,6 +18,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -84,6 +85,7 @@ int run_service(int argc, const char* const* argv, const std::string& descriptio
   ServiceOptions options;
   if (const auto leave = parse_options(argc, argv, description, subject, options, more))
     return static_cast<int>(*leave);
+  keep_files_private();
   try {
     body(options, shutdown);
     return static_cast<int>(ExitCode::kDone);
@@ -91,6 +93,10 @@ int run_service(int argc, const char* const* argv, const std::string& descriptio
     complain(error.what());
     return static_cast<int>(ExitCode::kBadInput);
   }
+}
+
+void keep_files_private() {
+  static_cast<void>(::umask(S_IRWXG | S_IRWXO));
 }
 
 void lock_memory() {

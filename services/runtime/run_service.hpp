@@ -17,6 +17,10 @@ namespace hecaton::services {
                               const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body,
                               const MoreOptions& more = {});
 
+/// From now on only this user can read the files that this process and its children make: logs, checkpoints and
+/// recordings, which hold what a cell with keys encrypts.
+void keep_files_private();
+
 /// Reads the program and its libraries into memory and locks all present and future pages that are touched (mlockall(2)
 /// with MCL_ONFAULT). Otherwise the kernel drops code that has not run for long, such as fault handling. A busy disk
 /// has delayed its return by four seconds. Without the right (CAP_IPC_LOCK, or RLIMIT_MEMLOCK "unlimited") it logs the

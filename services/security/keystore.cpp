@@ -225,6 +225,13 @@ void add_host(const fs::path& folder, const std::string& host, std::chrono::days
               const std::vector<std::string>& arms) {
   require_name(folder, "a host", host);
   for (const std::string& arm : arms) require_name(folder, "an arm", arm);
+  if (const auto present = arms_of(folder, host); arms.empty() && !present.empty()) {
+    std::string list;
+    for (const std::string& arm : present) list += (list.empty() ? "" : ", ") + arm;
+    throw KeystoreError(folder.string() + ": " + host + " may command " + list +
+                        " only; name the arms of its new identities with --arms, or make the same anew with `hecaton "
+                        "keystore renew`");
+  }
   make_identities(folder, host, {kRoles.begin(), kRoles.end()}, {validity, arms});
 }
 

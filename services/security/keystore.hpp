@@ -42,7 +42,8 @@ void create_keystore(const std::filesystem::path& folder, std::chrono::days vali
 /// Makes identities of all roles on a host, or new ones in place of present ones. `host`: its name in the cell file. A
 /// host whose identities were revoked gets another subject. Needs the private key of the authority, as renew_host() and
 /// revoke_host() do. An identity is replaced as a whole, and none before all new ones are complete. `arms`: the
-/// planners and drivers of this host may command, or obey for, these arms only; empty: all arms.
+/// planners and drivers of this host may command, or obey for, these arms only. Empty: all arms. A host with identities
+/// for some arms only is refused then: they must be named.
 void add_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity,
               const std::vector<std::string>& arms = {});
 

@@ -124,7 +124,8 @@ CellPublisher::CellPublisher(bus::Participant& participant, std::string node)
       node_(std::move(node)) {}
 
 std::optional<msg::CellMode> CellPublisher::next(msg::CellMode mode, bus::Clock::time_point now) const {
-  if (same_decision(mode, mode_) && now - mode_at_ < kRepeat) return std::nullopt;
+  const auto period = repeats_at_once_ > 0 ? kBetweenThem : kRepeat;
+  if (same_decision(mode, mode_) && now - mode_at_ < period) return std::nullopt;
   mode.sequence_number(mode_.sequence_number() + 1);
   return mode;
 }
@@ -134,6 +135,7 @@ void CellPublisher::publish(msg::CellMode mode, bus::Clock::time_point now) {
   mode.stamp_ns(stamp_now());
   mode_ = std::move(mode);
   mode_at_ = now;
+  repeats_at_once_ = changed ? kRepeatsAtOnce : std::max(repeats_at_once_ - 1, 0);
   static_cast<void>(modes_.write(mode_));
   if (changed) log_info("cell mode", {{"mode", mode_name(mode_.mode())}, {"reason", causes_text(mode_)}});
 }

@@ -105,6 +105,7 @@ Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& optio
           HeartbeatPublisher(connection_.participant, {place_.node, msg::NodeKind::NODE_SUPERVISOR, {}, place_.host},
                              heartbeat_timing(file, options)),
           {}} {
+  connection_.participant.know_term(replicator_.remembered_term());
   replicator_.restore(detector_);
   shutdown_.wake(&connection_.urgent);
 }
@@ -219,9 +220,7 @@ void Supervisor::report_own_stall(const std::string& what, bus::Clock::time_poin
   log_warning("supervisor " + what, {{"ms", silence.count()}});
 }
 
-// A driver that starts now must not receive this supervisor's leases: a newer leader may have granted others since.
 void Supervisor::step_down() {
-  publisher_.withdraw_mode();
   replicator_.step_down(replicated());
 }
 

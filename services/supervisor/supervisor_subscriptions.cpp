@@ -17,8 +17,12 @@ constexpr Time kAlone = std::chrono::seconds(1);
 /// A process event that arrives this long after it happened keeps its own time.
 constexpr Time kLate = std::chrono::seconds(1);
 
-/// An agent that has been silent for this long may have a successor.
-constexpr Time kAgentHeld = std::chrono::milliseconds(200);
+/// A node that has been silent for this long may have a successor.
+constexpr Time kHeld = std::chrono::milliseconds(200);
+/// More than a cell has hosts.
+constexpr std::size_t kMostAgents = 256;
+/// More than a cell has processes.
+constexpr std::size_t kMostProcesses = 4096;
 /// Events that wait for the first heartbeat of their agent; more than all processes of a cell have in their history.
 constexpr std::size_t kMostWaiting = 4096;
 
@@ -152,22 +156,55 @@ msg::ModeNumber SupervisorSubscriptions::acknowledged_mode() const {
 void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
   for (const auto& sample : readers_.heartbeats.take()) {
     const msg::Heartbeat& heartbeat = sample.value;
-    if (sample.disposed) continue;
+    if (sample.disposed) {
+      if (!to.detector.expects(sample.key)) to.snapshot.heartbeats.erase(sample.key);
+      continue;
+    }
     if (heartbeat.kind() == msg::NodeKind::NODE_AGENT) note_agent(sample);
     Time& newest = heartbeat.host() == self_.host ? newest_.own_host : newest_.other_hosts;
     if (heartbeat.node() != self_.node) newest = std::max(newest, arrival(sample));
-    if (heartbeat.kind() != msg::NodeKind::NODE_SUPERVISOR)
-      to.leadership.observe_term(heartbeat.term(), arrival(sample));
-    // A planner may know a lease that has not reached its driver, and wait for the planner that the lease names.
-    to.failover.update(heartbeat.subject(), lease_of(heartbeat.lease()));
+    const Speaker* speaker = speaker_of(sample, to.detector);
+    if (speaker) observe_term(*speaker, sample, to);
     // The cause of a failed node may be empty.
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
     to.detector.heard(heartbeat.node(),
                       {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
                        failed ? std::optional(heartbeat.cause()) : std::nullopt, key_expiry(heartbeat)});
-    for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
+    if (speaker) {
+      for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
+    }
     to.snapshot.update_heartbeat(sample);
   }
+}
+
+SupervisorSubscriptions::Speaker* SupervisorSubscriptions::speaker_of(const bus::Sample<msg::Heartbeat>& sample,
+                                                                      const FaultDetector& detector) {
+  if (speakers_.empty()) {
+    for (const ExpectedNode& node : detector.nodes()) {
+      speakers_.emplace(node.name, Speaker{.role = node.role, .arm = node.arm});
+    }
+  }
+  const auto known = speakers_.find(sample.value.node());
+  if (known == speakers_.end()) return nullptr;
+  Speaker& speaker = known->second;
+  const bool same = speaker.heartbeats.same_participant(sample.writer);
+  if (!same && speaker.heard > Time(0) && arrival(sample) - speaker.heard <= kHeld) return nullptr;
+  speaker.heartbeats = sample.writer;
+  speaker.heard = arrival(sample);
+  return &speaker;
+}
+
+void SupervisorSubscriptions::observe_term(const Speaker& speaker, const bus::Sample<msg::Heartbeat>& sample,
+                                           const Consumers& to) {
+  if (speaker.role == msg::NodeKind::NODE_DRIVER) {  // it also sends the states of its arm
+    const auto* state = find(to.snapshot.arms, speaker.arm);
+    if (!state || !state->writer.same_participant(sample.writer)) return;
+  } else if (speaker.role != msg::NodeKind::NODE_PLANNER) {
+    return;
+  }
+  to.leadership.observe_term(sample.value.term(), arrival(sample));
+  // A planner may know a lease that has not reached its driver, and wait for the planner that the lease names.
+  to.failover.update(speaker.arm, lease_of(sample.value.lease()));
 }
 
 void SupervisorSubscriptions::receive_rows(const Consumers& to) {
@@ -185,7 +222,7 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
   std::map<std::string_view, const bus::Sample<msg::ArmState>*> newest;
   const auto samples = readers_.arms.take();
   for (const auto& sample : samples) {
-    if (sample.disposed) continue;
+    if (sample.disposed || !to.detector.expects(driver_node(sample.value.arm()))) continue;
     newest.insert_or_assign(sample.value.arm(), &sample);
     to.detector.stream_heard(driver_node(sample.value.arm()), arrival(sample), sample.value.sequence_number());
   }
@@ -200,7 +237,9 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
     to.detector.device_heard(state.arm(), device_fault_in(state));
     to.snapshot.arms.insert_or_assign(state.arm(), received(sample));
   }
-  for (const auto& sample : readers_.goals.take()) to.snapshot.update_goal(sample);
+  for (const auto& sample : readers_.goals.take()) {
+    if (to.detector.expects(driver_node(sample.value.arm()))) to.snapshot.update_goal(sample);
+  }
 }
 
 void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& sample) {
@@ -210,7 +249,9 @@ void SupervisorSubscriptions::note_agent(const bus::Sample<msg::Heartbeat>& samp
     const bool same = agent.heartbeats.same_participant(sample.writer);
     if (same) agent.heard = arrival(sample);
     // Events of another participant do not count while the agent is heard.
-    if (same || arrival(sample) - agent.heard <= kAgentHeld) return;
+    if (same || arrival(sample) - agent.heard <= kHeld) return;
+  } else if (processes_.agents.size() == kMostAgents) {
+    return;
   }
   processes_.agents.insert_or_assign(sample.value.node(),
                                      KnownAgent{sample.writer, sample.value.newest_event(), arrival(sample),
@@ -242,6 +283,8 @@ void SupervisorSubscriptions::receive_process_events(const Consumers& to) {
 
 void SupervisorSubscriptions::apply_process_event(const bus::Sample<msg::ProcessEvent>& sample, const Consumers& to) {
   const msg::ProcessEvent& event = sample.value;
+  const bool is_new = !find(to.snapshot.processes, event.process());
+  if (is_new && to.snapshot.processes.size() == kMostProcesses) return;
   to.snapshot.processes.insert_or_assign(event.process(), received(sample));
   const bool exited = event.kind() == msg::ProcessEventKind::PROCESS_EXITED;
   const KnownAgent& agent = *known_agent(sample);

@@ -90,6 +90,21 @@ class SupervisorSubscriptions {
     Time heard{0};                  ///< its last heartbeat
   };
   void note_agent(const bus::Sample<msg::Heartbeat>& sample);
+  /// The participant that speaks for a driver or planner: the first that has sent its heartbeats, until it is silent
+  /// for kHeld. A driver is also the one that sends the states of its arm.
+  struct Speaker {
+    msg::NodeKind role{};
+    std::string arm{};
+    bus::EndpointId heartbeats{};
+    Time heard{0};
+  };
+
+  /// The speaker that has sent this heartbeat; null: its node is none of the cell, or another participant speaks for
+  /// it.
+  [[nodiscard]] Speaker* speaker_of(const bus::Sample<msg::Heartbeat>& sample, const FaultDetector& detector);
+  /// Takes the term and the lease of a heartbeat of a driver or planner. An intruder would end the supervision by a
+  /// heartbeat of any name and a higher term.
+  void observe_term(const Speaker& speaker, const bus::Sample<msg::Heartbeat>& sample, const Consumers& to);
   /// The agent that sent this event; null: it has sent no heartbeat yet.
   [[nodiscard]] const KnownAgent* known_agent(const bus::Sample<msg::ProcessEvent>& sample) const;
 
@@ -136,6 +151,7 @@ class SupervisorSubscriptions {
   Leader leader_;
   FaultsOfOthers faults_;
   Processes processes_;
+  std::map<std::string, Speaker, std::less<>> speakers_;  // by node; empty before the first heartbeat
 };
 
 }  // namespace hecaton::services

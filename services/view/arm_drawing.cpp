@@ -88,9 +88,30 @@ bool is_texture(const fs::path& file) {
   return std::find(kTextures.begin(), kTextures.end(), extension) != kTextures.end();
 }
 
+/// Adds a mesh, and the textures in its folder whose names it has.
+void add_files(const fs::path& mesh, std::vector<fs::path>& files) {
+  if (std::find(files.begin(), files.end(), mesh) != files.end()) return;
+  files.push_back(mesh);
+  const std::string extension = lower_case(mesh.extension().string());
+  if (extension == ".stl") return;  // it has none
+  const std::string content = content_of(mesh);
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(mesh.parent_path(), none)) {
+    const fs::path& file = entry.path();
+    const bool named = is_texture(file) && content.find(file.filename().string()) != std::string::npos;
+    if (named && std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
+  }
+}
+
 }  // namespace
 
-Drawings::Drawings(const config::CellFile& file) {
+Drawings::Drawings(const config::CellFile& file, const fs::path& recorded) : recorded_(recorded) {
+  std::error_code none;
+  if (!recorded.empty()) {
+    for (const auto& entry : fs::recursive_directory_iterator(recorded, none)) {
+      if (entry.is_regular_file(none)) recorded_files_.push_back(entry.path());
+    }
+  }
   for (std::size_t i = 0; i < file.robots.size(); ++i) {
     ArmDrawing drawing = draw(file.robots[i], file.sources);
     drawing.url = "/robots/" + std::to_string(i) + ".urdf";
@@ -106,12 +127,11 @@ ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::Source
     drawing.note = robot.urdf + " cannot be read: the arm is drawn by its collision shapes";
   }
   if (!drawing.has_visuals) return drawing;
-  // The snapshot of an agent has collision meshes only, so that meshes come from where they are.
-  planner::SourceFiles in_place;
   bool found_some = false;
   drawing.urdf = with_filenames(text, [&](const std::string& uri) {
     try {
-      const fs::path file = planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, in_place);
+      const fs::path file = mesh_file(uri, robot);
+      add_files(file, drawing.files);
       std::string url = mesh_url(file);
       if (uri.find("://") != std::string::npos) named_.try_emplace(uri, file);
       found_some = true;
@@ -124,6 +144,25 @@ ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::Source
   // Without any of its meshes the arm would be invisible: the cell was recorded on another machine, for example.
   if (!drawing.note.empty() && !found_some) drawing.has_visuals = false;
   return drawing;
+}
+
+fs::path Drawings::mesh_file(const std::string& uri, const config::RobotFiles& robot) const {
+  if (!recorded_.empty()) {
+    planner::SourceFiles recorded(recorded_);
+    try {
+      return recorded.place(planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, recorded));
+    } catch (const planner::ModelError&) {
+      // Its package may have been found by the environment of the machine that recorded it.
+      const std::size_t scheme = uri.find("://");
+      const std::string end = "/" + (scheme == std::string::npos ? uri : uri.substr(scheme + 3));
+      const auto found = std::find_if(recorded_files_.begin(), recorded_files_.end(),
+                                      [&](const fs::path& file) { return file.string().ends_with(end); });
+      if (found != recorded_files_.end()) return *found;
+    }
+  }
+  // The snapshot of an agent has collision meshes only, so that meshes come from where they are.
+  planner::SourceFiles in_place;
+  return planner::resolve_resource(uri, robot.urdf, robot.packages, robot.urdf, in_place);
 }
 
 std::string Drawings::mesh_url(const fs::path& file) {

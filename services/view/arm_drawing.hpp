@@ -16,16 +16,18 @@ namespace hecaton::services::view {
 
 /// The URDF of an arm for the page.
 struct ArmDrawing {
-  std::string url;           ///< "/robots/0.urdf"
-  std::string urdf;          ///< its text; mesh files have URLs of this server
-  bool has_visuals = false;  ///< false: the page draws the collision shapes
-  std::string note;          ///< a sentence about what cannot be drawn; empty: nothing
+  std::string url;                           ///< "/robots/0.urdf"
+  std::string urdf;                          ///< its text; mesh files have URLs of this server
+  bool has_visuals = false;                  ///< false: the page draws the collision shapes
+  std::string note;                          ///< a sentence about what cannot be drawn; empty: nothing
+  std::vector<std::filesystem::path> files;  ///< its meshes, and the textures beside them that they name
 };
 
 class Drawings {
  public:
-  /// Reads the URDFs. What cannot be read is left out with a note; never throws because of a file.
-  explicit Drawings(const config::CellFile& file);
+  /// Reads the URDFs. What cannot be read is left out with a note; never throws because of a file. `recorded`: a folder
+  /// of copies, as a snapshot of planner::SourceFiles, whose meshes are taken first; it must outlive the object.
+  explicit Drawings(const config::CellFile& file, const std::filesystem::path& recorded = {});
 
   [[nodiscard]] const std::vector<ArmDrawing>& arms() const { return arms_; }  ///< one per arm of the cell
   /// The mesh or texture at a path of the server ("/meshes/3/hand.stl"); empty: there is none.
@@ -35,8 +37,12 @@ class Drawings {
 
  private:
   [[nodiscard]] ArmDrawing draw(const config::RobotFiles& robot, const planner::SourceFiles& sources);
+  /// The file of a mesh. Throws planner::ModelError.
+  [[nodiscard]] std::filesystem::path mesh_file(const std::string& uri, const config::RobotFiles& robot) const;
   [[nodiscard]] std::string mesh_url(const std::filesystem::path& file);
 
+  std::filesystem::path recorded_;                     ///< empty: none
+  std::vector<std::filesystem::path> recorded_files_;  ///< in it
   std::vector<ArmDrawing> arms_;
   std::vector<std::filesystem::path> meshes_;                        ///< by the number in their URL
   std::map<std::string, std::filesystem::path, std::less<>> named_;  ///< by the name in a URDF, which has a scheme

@@ -12,6 +12,7 @@ namespace hecaton::services {
 namespace {
 
 using namespace std::chrono_literals;
+using client::ModeOrder;
 using view::Json;
 
 constexpr std::size_t kMostWaiting = 32;    // orders in a queue
@@ -83,12 +84,28 @@ std::string listed(const std::vector<std::string>& names) {
   return config::listed(std::vector<std::string_view>(names.begin(), names.end()));
 }
 
+/// Its name in messages of pages.
+const char* op_of(ModeOrder order) {
+  return order == ModeOrder::kHold ? "hold" : order == ModeOrder::kStop ? "stop" : "resume";
+}
+
+const char* done_text(ModeOrder order) {
+  return order == ModeOrder::kHold ? " is held" : order == ModeOrder::kStop ? " is stopped" : " may move";
+}
+
 std::string saved_text(const std::vector<SavedRecording>& saved) {
   std::string text;
   for (const SavedRecording& one : saved) {
     text += (text.empty() ? "" : "; ") + ("the recorder on " + one.host) + " saves what it keeps, up to " + one.file;
   }
   return text;
+}
+
+std::optional<ModeOrder> mode_order(const std::string& op) {
+  for (const ModeOrder order : {ModeOrder::kStop, ModeOrder::kHold, ModeOrder::kResume}) {
+    if (op == op_of(order)) return order;
+  }
+  return std::nullopt;
 }
 
 /// What follows the answer to an order.
@@ -100,13 +117,25 @@ std::string with_warning(const std::string& sentence, const Receipt& receipt) {
 
 Orders::Orders(const config::CellFile& file, OrderOptions options, std::shared_ptr<client::Connection> connection)
     : file_(file), options_(std::move(options)), connection_(std::move(connection)) {
-  workers_[0] = std::jthread([this](const std::stop_token& stop) { work(stop, stops_); });
-  workers_[1] = std::jthread([this](const std::stop_token& stop) { work(stop, others_); });
+  if (!connection_) return;
+  modes_.emplace([this](ModeOrder order, const std::vector<std::string>& arms, const std::stop_token& stop) {
+    const Cell cell(connection_);
+    switch (order) {
+      case ModeOrder::kHold:
+        return cell.hold(arms, patience(stop));
+      case ModeOrder::kResume:
+        return cell.resume(arms, patience(stop));
+      case ModeOrder::kStop:
+        break;
+    }
+    return cell.stop(arms, patience(stop));
+  });
+  worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
 Orders::~Orders() {
-  for (std::jthread& worker : workers_) worker.request_stop();
-  for (std::jthread& worker : workers_) worker.join();
+  worker_ = {};
+  modes_.reset();
   connection_.reset();  // ends the callbacks of goals, which use the other members
 }
 
@@ -127,17 +156,17 @@ void Orders::received(const WebClient& page, std::string_view message, Clock::ti
   }
 }
 
-void Orders::give(const WebClient& program, const std::string& op, const std::vector<std::string>& arms, Told told,
+void Orders::give(const WebClient& program, ModeOrder order, const std::vector<std::string>& arms, Told told,
                   Clock::time_point now) {
   const Sender from{program, 0, std::move(told)};
   const std::lock_guard lock(mutex_);
   try {
     if (!may_send(program, now)) throw Refusal("this program sends too many orders");
     // What makes arms stand is never refused.
-    if (op == "resume" && controller_) throw Refusal(controlled_elsewhere());
-    enqueue(op == "stop" ? stops_ : others_, mode_order(from, op, arms));
+    if (order == ModeOrder::kResume && controller_) throw Refusal(controlled_elsewhere());
+    give_mode(from, order, arms);
   } catch (const Refusal& refusal) {
-    answer(from, op, false, true, refusal.what());
+    answer(from, op_of(order), false, true, refusal.what());
   }
 }
 
@@ -152,14 +181,19 @@ void Orders::accept(const Sender& from, const Json& message, Clock::time_point n
     return;
   }
   // The stop of the cell has no limit: those that wait are one.
-  if (op == "stop" && arms_in(message).empty()) return stop_cell(from);
+  if (op == "stop" && arms_in(message).empty()) {
+    if (!options_.stop && !controls(from.page)) throw Refusal("this view was started with --no-stop");
+    return give_mode(from, ModeOrder::kStop, {});
+  }
   if (!may_send(from.page, now)) throw Refusal("this page sends too many orders");
   if (op == "take") return take_control(from, message, now);
   if (op == "release") {
     if (controls(from.page)) end_control("released");
     return answer(from, op, true, true, "released");
   }
-  enqueue(op == "stop" ? stops_ : others_, order_of(from, op, message));
+  if (!controls(from.page)) throw Refusal("this page does not control the cell");
+  if (const auto order = mode_order(op)) return give_mode(from, *order, arms_in(message));
+  enqueue(order_of(from, op, message));
 }
 
 void Orders::take_control(const Sender& from, const Json& message, Clock::time_point now) {
@@ -189,38 +223,26 @@ void Orders::end_control(const char* reason) {
   control_changed_ = true;
 }
 
-void Orders::stop_cell(const Sender& from) {
-  if (!options_.stop && !controls(from.page)) throw Refusal("this view was started with --no-stop");
-  if (!stops_.waiting.empty() && stops_.waiting.back().subject == "the cell") {
-    std::vector<Sender>& senders = stops_.waiting.back().senders;
-    if (senders.size() < kMostWaiting) senders.push_back(from);
-    return;
-  }
-  enqueue(stops_, mode_order(from, "stop", {}));
-}
-
-void Orders::enqueue(Queue& queue, Order order) {
+void Orders::enqueue(Order order) {
   if (!connection_) throw Refusal(options_.refused_as);
-  if (queue.waiting.size() >= kMostWaiting) throw Refusal("too many orders wait for the cell");
-  queue.waiting.push_back(std::move(order));
-  queue.arrived.notify_one();
+  if (waiting_.size() >= kMostWaiting) throw Refusal("too many orders wait for the cell");
+  waiting_.push_back(std::move(order));
+  arrived_.notify_one();
 }
 
-Orders::Order Orders::mode_order(const Sender& from, const std::string& op, const std::vector<std::string>& arms) {
-  Order order{{from}, op, listed(arms), {}};
-  order.action = [op, arms, subject = order.subject](const Cell& cell, const Wait& wait) {
-    const Receipt receipt = op == "hold"   ? cell.hold(arms, wait)
-                            : op == "stop" ? cell.stop(arms, wait)
-                                           : cell.resume(arms, wait);
-    return with_warning(subject + (op == "hold" ? " is held" : op == "stop" ? " is stopped" : " may move"), receipt);
-  };
-  return order;
+void Orders::give_mode(const Sender& from, ModeOrder order, const std::vector<std::string>& arms) {
+  if (!connection_) throw Refusal(options_.refused_as);
+  modes_->give(order, arms, from.page.number,
+               [this, from, order, subject = listed(arms)](const client::ModeOutcome& outcome) {
+                 std::string text = outcome.text;
+                 if (outcome.done) text = subject + done_text(order) + (text.empty() ? "" : "; " + text);
+                 log(from, op_of(order), subject, outcome.done, text);
+                 answer(from, op_of(order), outcome.done, true, text);
+               });
 }
 
 Orders::Order Orders::order_of(const Sender& from, const std::string& op, const Json& message) {
-  if (!controls(from.page)) throw Refusal("this page does not control the cell");
-  if (op == "hold" || op == "resume" || op == "stop") return mode_order(from, op, arms_in(message));
-  Order order{{from}, op, {}, {}};
+  Order order{from, op, {}, {}};
   if (op == "goal") {
     order.action = goal_of(from, message, order.subject);
     order.final = false;
@@ -283,7 +305,6 @@ Orders::Action Orders::goal_of(const Sender& from, const Json& message, std::str
       const bool ended = is_final(progress.state);
       std::string text = what + ": " + std::string(name_of(progress.state));
       if (progress.cause) text += ", " + progress.cause.text;
-      const std::lock_guard lock(mutex_);
       answer(from, "goal", !ended || progress.state == GoalState::kReached, ended, text);
       if (ended) log_info("goal of a page ended", {{"subject", what}, {"page", from.page.address}, {"outcome", text}});
     });
@@ -352,17 +373,24 @@ bool Orders::may_send(const WebClient& page, Clock::time_point now) {
 void Orders::left(const WebClient& page) {
   const std::lock_guard lock(mutex_);
   buckets_.erase(page.number);
-  std::erase_if(others_.waiting, [&](const Order& order) { return order.senders.front().page.number == page.number; });
+  withdraw(page);
   if (controls(page)) end_control("its connection is closed");
+}
+
+void Orders::withdraw(const WebClient& page) {
+  std::erase_if(waiting_, [&](const Order& order) { return order.sender.page.number == page.number; });
+  if (modes_) modes_->withdraw(page.number);
 }
 
 void Orders::update(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  if (controller_ && now - controller_->heard > kControlLease) end_control("it is silent");
+  if (!controller_ || now - controller_->heard <= kControlLease) return;
+  withdraw(controller_->page);
+  end_control("it is silent");
 }
 
 Orders::Replies Orders::take_replies() {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(replies_mutex_);
   return std::exchange(replies_, {});
 }
 
@@ -388,18 +416,21 @@ std::optional<PreviewQuestion> Orders::take_preview() {
   return std::exchange(preview_, std::nullopt);
 }
 
-// --- the threads
+// --- the thread
 
-void Orders::work(const std::stop_token& stop, Queue& queue) {
-  while (true) {
-    Order order;
-    {
-      std::unique_lock lock(mutex_);
-      if (!queue.arrived.wait(lock, stop, [&] { return !queue.waiting.empty(); })) return;
-      order = std::move(queue.waiting.front());
-      queue.waiting.pop_front();
-    }
+Wait Orders::patience(const std::stop_token& stop) const {
+  const Seconds still_young = began_ + kDiscoveryLimit - Clock::now();
+  return {std::max(kOrderLimit, still_young), stop};
+}
+
+void Orders::work(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (arrived_.wait(lock, stop, [&] { return !waiting_.empty(); })) {
+    const Order order = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
     carry_out(stop, order);
+    lock.lock();
   }
 }
 
@@ -407,29 +438,31 @@ void Orders::carry_out(const std::stop_token& stop, const Order& order) {
   std::string text;
   bool done = false;
   try {
-    const Seconds still_young = began_ + kDiscoveryLimit - Clock::now();
-    text = order.action(Cell(connection_), {std::max(kOrderLimit, still_young), stop});
+    text = order.action(Cell(connection_), patience(stop));
     done = true;
   } catch (const std::exception& error) {
     text = error.what();
   }
-  const std::lock_guard lock(mutex_);
-  for (const Sender& sender : order.senders) {
-    log_info("order of a page", {{"order", order.op},
-                                 {"subject", order.subject},
-                                 {"page", sender.page.address},
-                                 {"client", connection_->name()},
-                                 {"done", done},
-                                 {"answer", text}});
-    answer(sender, order.op, done, order.final || !done, text);
-  }
+  log(order.sender, order.op, order.subject, done, text);
+  answer(order.sender, order.op, done, order.final || !done, text);
+}
+
+void Orders::log(const Sender& from, const std::string& op, const std::string& subject, bool done,
+                 const std::string& text) {
+  log_info("order of a page", {{"order", op},
+                               {"subject", subject},
+                               {"page", from.page.address},
+                               {"client", connection_->name()},
+                               {"done", done},
+                               {"answer", text}});
 }
 
 void Orders::answer(const Sender& to, const std::string& op, bool done, bool final, const std::string& text) {
   if (to.told) return to.told(done, text);
-  if (replies_.size() >= kMostReplies) return;
   Json json{{"type", "reply"}, {"id", to.id}, {"op", op}, {"done", done}, {"final", final}, {"text", text}};
   if (op == "take") json["number"] = to.page.number;
+  const std::lock_guard lock(replies_mutex_);
+  if (replies_.size() >= kMostReplies) return;
   replies_.emplace_back(to.page.number, std::move(json));
 }
 

@@ -4,11 +4,10 @@
 ///
 /// A page takes control with the token of the view, and keeps it until it releases it, is closed, or has been silent
 /// for kControlLease. No other page can take it meanwhile. An order that waits when its page leaves is not sent, except
-/// a stop.
+/// a hold or a stop. Hold, resume and stop do not wait for other orders (services/client/mode_orders.hpp).
 ///
 /// The stop is an order over the network. It is not a safety function.
 
-#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -27,6 +26,7 @@
 #include <hecaton/client.hpp>
 
 #include "services/client/connection.hpp"
+#include "services/client/mode_orders.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/view/goal_preview.hpp"
 #include "services/view/json.hpp"
@@ -63,7 +63,7 @@ class Orders {
   /// Told what became of an order, once. The call must not call this object.
   using Told = std::function<void(bool done, const std::string& text)>;
   /// Hold, resume or stop of a program that has shown the token; `arms` empty: the cell. Does not wait for the cell.
-  void give(const WebClient& program, const std::string& op, const std::vector<std::string>& arms, Told told,
+  void give(const WebClient& program, client::ModeOrder order, const std::vector<std::string>& arms, Told told,
             Clock::time_point now = Clock::now());
   /// Ends the control of a page that is silent.
   void update(Clock::time_point now);
@@ -86,16 +86,11 @@ class Orders {
     Told told = nullptr;  ///< of a program
   };
   struct Order {
-    std::vector<Sender> senders;  ///< several: pages that stop the cell at the same time
+    Sender sender;
     std::string op;
     std::string subject;  ///< for the log
     Action action;
     bool final = true;  ///< the first answer is the last
-  };
-  /// Orders of one thread.
-  struct Queue {
-    std::deque<Order> waiting;
-    std::condition_variable_any arrived;
   };
   /// Messages that a page may send now.
   struct Bucket {
@@ -110,11 +105,10 @@ class Orders {
   void accept(const Sender& from, const view::Json& message, Clock::time_point now);
   void take_control(const Sender& from, const view::Json& message, Clock::time_point now);
   void end_control(const char* reason);
+  void withdraw(const WebClient& page);
   [[nodiscard]] std::string controlled_elsewhere() const;  ///< the refusal, while a page controls
-  void stop_cell(const Sender& from);
-  void enqueue(Queue& queue, Order order);
-  [[nodiscard]] static Order mode_order(const Sender& from, const std::string& op,
-                                        const std::vector<std::string>& arms);
+  void enqueue(Order order);
+  void give_mode(const Sender& from, client::ModeOrder order, const std::vector<std::string>& arms);
   [[nodiscard]] Order order_of(const Sender& from, const std::string& op, const view::Json& message);
   [[nodiscard]] Action goal_of(const Sender& from, const view::Json& message, std::string& subject);
   [[nodiscard]] PreviewQuestion preview_of(const Sender& from, const view::Json& message) const;
@@ -123,23 +117,28 @@ class Orders {
   [[nodiscard]] const planner::Arm& arm_in(const view::Json& message) const;
   [[nodiscard]] bool controls(const WebClient& page) const;
   [[nodiscard]] bool may_send(const WebClient& page, Clock::time_point now);
-  void work(const std::stop_token& stop, Queue& queue);
+  [[nodiscard]] Wait patience(const std::stop_token& stop) const;
+  void work(const std::stop_token& stop);
   void carry_out(const std::stop_token& stop, const Order& order);
+  void log(const Sender& from, const std::string& op, const std::string& subject, bool done, const std::string& text);
+  /// Needs no lock.
   void answer(const Sender& to, const std::string& op, bool done, bool final, const std::string& text);
 
   const config::CellFile& file_;
   const OrderOptions options_;
   std::shared_ptr<client::Connection> connection_;
   const Clock::time_point began_ = Clock::now();
-  std::mutex mutex_;  // guards all that follows
-  Queue stops_;
-  Queue others_;
+  std::mutex replies_mutex_;  // is locked last
   Replies replies_;
+  std::mutex mutex_;  // guards all that follows but the threads
+  std::deque<Order> waiting_;
+  std::condition_variable_any arrived_;
   std::map<std::uint64_t, Bucket> buckets_;
   std::optional<Controller> controller_;
   std::optional<PreviewQuestion> preview_;
   bool control_changed_ = true;
-  std::array<std::jthread, 2> workers_;  // last: they use all of it
+  std::optional<client::ModeOrders> modes_;  // last, with the thread of all other orders: they use all of it
+  std::jthread worker_;
 };
 
 }  // namespace hecaton::services

@@ -94,9 +94,12 @@ foxglove::OrderReceiver ViewService::foxglove_orders() {
   foxglove::OrderReceiver receiver;
   receiver.accepts = [this](std::string_view token) { return !token_.empty() && same_token(token, token_); };
   receiver.carry_out = [this](const foxglove::Order& order, const std::function<void(foxglove::OrderResult)>& answer) {
-    const char* op = order.kind == OrderKind::kHold ? "hold" : order.kind == OrderKind::kStop ? "stop" : "resume";
+    using client::ModeOrder;
+    const ModeOrder mode = order.kind == OrderKind::kHold   ? ModeOrder::kHold
+                           : order.kind == OrderKind::kStop ? ModeOrder::kStop
+                                                            : ModeOrder::kResume;
     const std::vector<std::string> arms = order.arm.empty() ? std::vector<std::string>{} : std::vector{order.arm};
-    orders_->give(order.client, op, arms, [answer](bool done, const std::string& text) { answer({done, text}); });
+    orders_->give(order.client, mode, arms, [answer](bool done, const std::string& text) { answer({done, text}); });
   };
   return receiver;
 }

@@ -5,8 +5,10 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <map>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -114,7 +116,7 @@ class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
 /// One HTTP connection, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(tcp::socket socket, Shared& shared);
+  HttpConnection(tcp::socket socket, std::string address, Shared& shared);
   ~HttpConnection();
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
@@ -128,10 +130,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   [[nodiscard]] Response response() const;
   [[nodiscard]] Response file(std::string_view target) const;
   [[nodiscard]] bool is_admitted() const;
+  /// It counts as admitted from now on.
+  void admit();
   void close() { stream_.next_layer().close(); }
 
   WebStream stream_;
   Shared& shared_;
+  const std::string address_;
+  bool unadmitted_ = true;
   bool unencrypted_ = false;  // where only TLS is spoken
   beast::flat_buffer incoming_;
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -147,6 +153,7 @@ struct Shared {
   std::set<std::shared_ptr<LiveClient>> clients;
   std::set<std::shared_ptr<ProtocolClient>> protocol_clients;
   int connections = 0;                    // HTTP
+  std::map<std::string, int> unadmitted;  // of these, by address: not admitted yet
   std::uint64_t numbers = 0;              // given to WebSockets
   std::atomic<int> client_count{0};       // for any thread
   std::atomic<std::uint64_t> skipped{0};  // for any thread
@@ -320,17 +327,26 @@ void ProtocolClient::leave() {
 
 // --- HttpConnection
 
-HttpConnection::HttpConnection(tcp::socket socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
+HttpConnection::HttpConnection(tcp::socket socket, std::string address, Shared& shared)
+    : stream_(std::move(socket)), shared_(shared), address_(std::move(address)) {
   ++shared_.connections;
+  ++shared_.unadmitted[address_];
 }
 
 HttpConnection::~HttpConnection() {
+  admit();
   --shared_.connections;
 }
 
+void HttpConnection::admit() {
+  if (!std::exchange(unadmitted_, false)) return;
+  const auto count = shared_.unadmitted.find(address_);
+  if (--count->second == 0) shared_.unadmitted.erase(count);
+}
+
 void HttpConnection::begin() {
+  stream_.next_layer().expires_after(shared_.options.admission);  // of the handshake and the first request together
   if (!shared_.tls) return read();
-  stream_.next_layer().expires_after(kRequestTimeout);
   beast::async_detect_ssl(stream_.next_layer(), incoming_, [self = shared_from_this()](Error error, bool encrypted) {
     if (error) return self->close();
     self->unencrypted_ = !encrypted;
@@ -351,7 +367,7 @@ void HttpConnection::read() {
   parser_.emplace();
   parser_->body_limit(kLongestRequest);
   parser_->header_limit(kLongestRequest);
-  stream_.next_layer().expires_after(kRequestTimeout);
+  if (!unadmitted_) stream_.next_layer().expires_after(kRequestTimeout);
   http::async_read(stream_, incoming_, *parser_, [self = shared_from_this()](Error error, std::size_t) {
     if (error) return self->close();
     self->request_ = self->parser_->release();
@@ -388,9 +404,10 @@ bool HttpConnection::upgrade() {
 }
 
 void HttpConnection::respond() {
+  if (is_admitted()) admit();
   if (upgrade()) return;
   response_ = response();
-  response_.keep_alive(request_.keep_alive());
+  response_.keep_alive(request_.keep_alive() && !unadmitted_);
   response_.set(http::field::server, "hecaton-view");
   // The page changes with the program only; a browser asks each time whether it is the same.
   response_.set(http::field::cache_control, "no-cache");
@@ -492,10 +509,21 @@ struct WebServer::Impl {
       const auto sockets = static_cast<int>(shared.clients.size() + shared.protocol_clients.size());
       if (shared.connections + sockets >= shared.options.most_connections) return;
       Error ignored;
+      const std::string address = socket.remote_endpoint(ignored).address().to_string();
+      if (is_crowded(address)) return;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-      std::make_shared<HttpConnection>(std::move(socket), shared)->begin();
+      std::make_shared<HttpConnection>(std::move(socket), address, shared)->begin();
     });
+  }
+
+  /// One program on the network must not keep people from the page, and from its stop.
+  [[nodiscard]] bool is_crowded(const std::string& address) const {
+    int all = 0;
+    for (const auto& [other, count] : shared.unadmitted) all += count;
+    const auto own = shared.unadmitted.find(address);
+    return all >= shared.options.most_unadmitted ||
+           (own != shared.unadmitted.end() && own->second >= shared.options.most_unadmitted_of_address);
   }
 
   /// The kernel has no descriptor left, or the client has gone already.

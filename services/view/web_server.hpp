@@ -10,6 +10,7 @@
 /// (web_session.hpp) may allow further origins for its own WebSockets, at the path "/".
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -40,9 +41,14 @@ struct WebCertificate {
 };
 
 struct WebServerOptions {
-  std::string address = "127.0.0.1";          ///< IPv4 address to listen on
-  std::uint16_t port = 0;                     ///< 0: any free one
-  int most_connections = 128;                 ///< further ones are closed at once
+  std::string address = "127.0.0.1";  ///< IPv4 address to listen on
+  std::uint16_t port = 0;             ///< 0: any free one
+  int most_connections = 128;         ///< further ones are closed at once
+  /// Of these, the connections that have not sent a request that is admitted: in all, and of one address. Such a
+  /// connection ends after `admission`, and after its first answer.
+  int most_unadmitted = 96;
+  int most_unadmitted_of_address = 8;
+  std::chrono::milliseconds admission{5000};
   std::optional<WebCertificate> certificate;  ///< connections are encrypted (TLS 1.2 or 1.3); a request that is not is
                                               ///< sent to the address with https
   /// This token, of the address "/?watch=TOKEN" or "/?token=TOKEN", admits to files and WebSockets; empty: none is

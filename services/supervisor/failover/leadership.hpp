@@ -43,10 +43,14 @@ class Leadership {
   Leadership(const Limits& limits, std::uint64_t remembered, Time now, TermShare share = {0, 1})
       : limits_(limits), share_(share), highest_(remembered), began_(now), searches_(remembered > 0) {}
 
-  /// A node follows cell modes of this term. A higher term than the own one: another supervisor led unheard.
+  /// A node follows cell modes of this term. A higher term than the own one: another supervisor led unheard. A cell
+  /// with one supervisor has no other: the next decide() leads on under a higher term. So an intruder that claims terms
+  /// in the name of an absent node cannot end the supervision.
   void observe_term(std::uint64_t term, Time at) {
     highest_ = std::max(highest_, term);
-    if (role_ == Role::kLeading && term > term_) restart_listening(at);
+    if (role_ != Role::kLeading || term <= term_) return;
+    restart_listening(at);
+    if (share_.count == 1) began_ = at - 2 * std::max(limits_.listen, limits_.search);  // a turn begins before `at`
   }
   /// An arm lease of this term exists.
   void observe_lease(std::uint64_t term) { highest_ = std::max(highest_, term); }

@@ -170,7 +170,7 @@ std::optional<Checkpoint> parse_checkpoint(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && !parse_line(line, checkpoint)) return std::nullopt;
   }
-  if (checkpoint.term == 0 || checkpoint.term > bus::kLargestTerm) return std::nullopt;
+  if (checkpoint.term == 0 || !bus::is_usable_term(checkpoint.term)) return std::nullopt;
   return checkpoint;
 }
 

@@ -149,6 +149,18 @@ TEST_F(ClientTest, KeepsAGoalAfterItsClientEnded) {
       kPatience));
 }
 
+// Each connection is a new participant of the same process, which the services must hear at once.
+TEST_F(ClientTest, ConnectsManyTimesInOneProcess) {
+  for (int i = 0; i < 12; ++i) {
+    const Cell cell = connect();
+    EXPECT_EQ(cell.status(kPatience).mode, CellMode::kRun) << i;
+    const std::string name = "connection_" + std::to_string(i);
+    cell.world().add(name, Sphere{0.05}, {{4.0, 4.0, 4.0}, {}}, Static{}, kPatience);
+    cell.world().remove(name, kPatience);
+    EXPECT_EQ(cell.arm("north").state(kPatience).q.size(), 6U) << i;
+  }
+}
+
 TEST_F(ClientTest, ReportsOrdersInTheStatus) {
   const Cell cell = connect();
   cell.stop(kPatience);

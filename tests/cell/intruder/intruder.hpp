@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <netinet/in.h>
@@ -56,7 +57,8 @@ class RawWriter {
   RawWriter(RawParticipant& participant, const std::string& partition, const std::string& type,
             const bus::Qos& qos = {.reliable = true}, bool keyed = true, bool waits = false) {
     namespace dds = bus::dds;
-    dds::TypeSupport support(new Type("hecaton::msg::" + type, keyed));
+    type_ = new Type("hecaton::msg::" + type, keyed);
+    dds::TypeSupport support(type_);
     support.register_type(participant.get());
     dds::PublisherQos publisher_qos;
     publisher_qos.partition().push_back(partition.c_str());
@@ -65,6 +67,10 @@ class RawWriter {
     dds::DataWriterQos writer_qos;
     writer_qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     writer_qos.history().depth = 1;
+    writer_qos.resource_limits().max_instances = 1 << 20;
+    writer_qos.resource_limits().max_samples_per_instance = 1;
+    writer_qos.resource_limits().max_samples = 1 << 20;
+    writer_qos.resource_limits().allocated_samples = 8;
     writer_qos.endpoint().history_memory_policy = bus::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     if (!qos.reliable) writer_qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
     if (qos.transient_local) writer_qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
@@ -85,6 +91,11 @@ class RawWriter {
   }
   /// With the encapsulation, or whatever the receiver shall take for it.
   void write(std::string bytes) { writer_->write(&bytes); }
+  /// Under an instance handle of the sender's choice.
+  void write(std::string bytes, std::uint64_t handle) {
+    type_->handle = handle;
+    write(std::move(bytes));
+  }
   [[nodiscard]] bool matched() const {
     bus::dds::PublicationMatchedStatus status;
     writer_->get_publication_matched_status(status);
@@ -112,11 +123,14 @@ class RawWriter {
     }
     void* createData() override { return new std::string; }
     void deleteData(void* data) override { delete static_cast<std::string*>(data); }
-    bool getKey(void*, bus::rtps::InstanceHandle_t* handle, bool) override {
-      for (int i = 0; i < 16; ++i) handle->value[i] = 7;
+    bool getKey(void*, bus::rtps::InstanceHandle_t* key, bool) override {
+      for (unsigned i = 0; i < 16; ++i) key->value[i] = static_cast<std::uint8_t>(handle >> 8U * (i % 8));
       return true;
     }
+    std::uint64_t handle = 0x0707'0707'0707'0707;
   };
+
+  Type* type_;  ///< owned by the participant
 
   bus::dds::DataWriter* writer_ = nullptr;
 };

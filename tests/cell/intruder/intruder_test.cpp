@@ -232,6 +232,56 @@ TEST(Incompatible, WriterIsReportedWithItsPolicy) {
   EXPECT_EQ(reader.matched(), 0);
 }
 
+// The intruder chooses names and instance handles. While it stays, Fast DDS takes no new key: it keeps the instances of
+// living writers.
+TEST(ManyKeys, TakeNoMemoryAndOpenNoStreamOfOthers) {
+  constexpr std::size_t kKeys = 5000;
+  constexpr auto kMost = static_cast<std::size_t>(bus::Topic<msg::ArmState>::kInfo.qos.instances);
+  LoneReader alone;
+  bus::Reader<msg::ArmState> reader(alone.participant);
+  bus::Participant driver(alone.domain.number(), "driver", on_this_host());
+  bus::Writer<msg::ArmState> states(driver);
+  RawWriter forged(alone.raw, "*", "ArmState", {.reliable = false}, true, true);
+  msg::ArmState north;
+  north.arm("north");
+  const auto end = bus::Clock::now() + kLimit;
+  /// Until the newest sample of this arm is its driver's.
+  const auto reads = [&](const msg::ArmState& state, bus::Writer<msg::ArmState>& writer) {
+    while (bus::Clock::now() < end) {
+      static_cast<void>(writer.write(state));
+      static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(20)));
+      const auto* newest = reader.latest(state.arm());
+      if (newest != nullptr && newest->writer == writer.id()) return true;
+    }
+    return false;
+  };
+  ASSERT_TRUE(reads(north, states));
+  while (!forged.matched() && bus::Clock::now() < end) ASSERT_TRUE(reads(north, states));
+  const auto bytes_of = [](const std::string& arm) {
+    msg::ArmState state;
+    state.arm(arm);
+    return bus::GuardedType<msg::ArmState>().bytes_of(state);
+  };
+  for (std::size_t i = 0; i < kKeys; ++i) {
+    forged.write(bytes_of("x" + std::to_string(i)), 1);  // many names, one handle
+    if (i % 16 != 0) continue;
+    static_cast<void>(states.write(north));
+    ASSERT_LE(reader.latest().size(), kMost);
+  }
+  EXPECT_EQ(reader.latest().size(), kMost) << "so many have arrived";
+  for (int i = 0; i < 50; ++i) {
+    static_cast<void>(states.write(north));
+    forged.write(bytes_of("north"), 2);
+    static_cast<void>(reader.wait_for_data(std::chrono::milliseconds(5)));
+    const auto* newest = reader.latest("north");
+    ASSERT_NE(newest, nullptr);
+    EXPECT_EQ(newest->writer, states.id()) << "the stream has a second writer";
+  }
+  for (std::size_t i = 0; i < kKeys; ++i) forged.write(bytes_of("x"), i + 3);  // one name, many handles
+  EXPECT_TRUE(reads(north, states));
+  EXPECT_LE(reader.latest().size(), kMost);
+}
+
 // The reader would look for 2³² samples, which takes its participant a minute.
 TEST(AnnouncedWriter, DoesNotHangItsReaderByHeartbeats) {
   LoneReader alone;

@@ -43,15 +43,48 @@ class Stubs(unittest.TestCase):
         self.assertEqual(tuple(words["FreeRotation"]), hecaton.FREE_ROTATIONS)
         self.assertEqual(tuple(words["Mode"][:-1]), hecaton.CELL_MODES)
 
+# `./run test` installs mypy: a test that misses it fails there.
+@unittest.skipUnless(importlib.util.find_spec("mypy") or "HECATON_SKIP_NOTHING" in os.environ, "mypy is not installed")
+class Types(unittest.TestCase):
+    """What mypy says to the package, its examples, and programs of users."""
 
-    @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
-    def test_programs_with_types_pass_strict_mypy(self):
+    WRONG = """import hecaton
+
+def drive(cell: hecaton.Cell, file: hecaton.CellFile) -> None:
+    cell.arm(3)
+    cell.arm("north").go_to("ready", time_limit="60")
+    cell.arm("north").go_to("ready").kind
+    cell.world.add("crate", hecaton.Box(0.2, 0.2), hecaton.Pose())
+    row: int = file.arm("north").start
+"""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        # Debian 12 has no types of matplotlib, Debian 13 has.
+        (self.folder / "mypy.ini").write_text("[mypy]\n[mypy-matplotlib.*]\nignore_missing_imports = True\nfollow_imports = skip\n")
+
+    def mypy(self, *arguments, module="mypy"):
         environment = dict(os.environ, MYPYPATH=str(STUB.parent.parent))
-        for program in (HERE / "typed_program.py", EXAMPLES / "camera_obstacles.py", EXAMPLES / "two_arms_hand_over.py"):
-            with tempfile.TemporaryDirectory() as cache:
-                done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", cache, program],
-                                      env=environment, capture_output=True, text=True)
+        return subprocess.run([sys.executable, "-m", module, *arguments], cwd=self.folder, env=environment,
+                              capture_output=True, text=True)
+
+    def strict(self, *arguments):
+        return self.mypy("--strict", "--config-file", "mypy.ini", "--cache-dir", self.folder / "cache", *arguments)
+
+    def test_package_examples_and_programs_with_types_pass_strict_mypy(self):
+        examples = sorted(EXAMPLES.glob("*.py"))
+        self.assertGreaterEqual(len(examples), 3)
+        for what in (["-p", "hecaton"], [HERE / "typed_program.py"], *([example] for example in examples)):
+            done = self.strict(*what)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_each_wrong_line_of_a_program_is_found(self):
+        (self.folder / "wrong.py").write_text(self.WRONG)
+        done = self.strict("wrong.py")
+        found = {int(line) for line in re.findall(r"^wrong\.py:(\d+): error:", done.stdout, re.M)}
+        self.assertEqual(found, set(range(4, 9)), done.stdout + done.stderr)
 
 
 class Import(unittest.TestCase):

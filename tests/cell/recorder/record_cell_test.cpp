@@ -316,7 +316,8 @@ class CellWithRecorder : public LiveCell {
     std::filesystem::create_directory_symlink(std::string(HECATON_LIVE_CELLS) + "/urdf", folder_.path("urdf"));
     std::ifstream file(kThreePuma);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
-    folder_.write("cell.yaml", text + "\nrecord: {folder: recordings, keep: 10s, after_fault: 2s, ros2: true}\n");
+    folder_.write("cell.yaml",
+                  text + "\nrecord: {folder: recordings, keep: 10s, after_fault: 2s, split_time: 2s, ros2: true}\n");
     folder_.write("recordings", "in the way");
   }
   [[nodiscard]] std::string cell_file() const override { return folder_.path("cell.yaml"); }
@@ -366,9 +367,11 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
     EXPECT_GT(found->second.messages, 0U) << topic;
   }
   std::uint64_t faults = 0;
+  std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path("recordings"))) {
     const BagInfo info = bag_info(entry.path());
     EXPECT_TRUE(info.file.whole()) << entry.path();
+    ++files;
     const auto found = info.topics.find("hecaton/Fault");
     if (found != info.topics.end()) faults += found->second.messages;
     EXPECT_FALSE(info.clocks.empty()) << entry.path();
@@ -378,6 +381,7 @@ TEST_F(CellWithRecorder, GoesOnWhileTheDiskRefusesAndSavesAFault) {
     }
   }
   EXPECT_GT(faults, 0U);
+  EXPECT_GT(files, 1U) << "another one begins each 2 s";
   const auto logs = std::filesystem::directory_iterator(folder_.path("logs"));
   EXPECT_TRUE(std::any_of(begin(logs), end(logs), [](const auto& log) {
     std::ifstream file(log.path());

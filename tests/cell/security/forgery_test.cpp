@@ -82,7 +82,7 @@ class Forgery : public testing::Test {
                                     [&](const bus::Refused& one) { return one.text.find(text) != std::string::npos; });
     return found == all.end() ? std::nullopt : std::optional(*found);
   }
-  static bool await(const std::function<bool()>& condition, bus::Reader<msg::CellMode>& reader,
+  static bool await(const std::function<bool()>& condition, bus::Reader<msg::SupervisorRequest>& reader,
                     std::chrono::milliseconds limit = kPatience) {
     const auto until = bus::Clock::now() + limit;
     while (!condition()) {
@@ -91,42 +91,44 @@ class Forgery : public testing::Test {
     }
     return true;
   }
-  static msg::CellMode mode(std::uint64_t term) {
-    msg::CellMode mode;
-    mode.term(term);
-    return mode;
+  static msg::SupervisorRequest stop(std::uint64_t number) {
+    msg::SupervisorRequest request;
+    request.client("operator");
+    request.request_id(number);
+    request.kind(msg::RequestKind::REQUEST_STOP);
+    return request;
   }
-  /// A supervisor orders term 1. An intruder sends in its name that samples 2 to 1000 do not exist, and a term 9 of its
-  /// own. Returns the terms that the planner receives after that, while the supervisor orders 2.
-  std::vector<std::uint64_t> received_terms(bool secured) {
+  /// An operator sends request 1. An intruder sends in its name that samples 2 to 1000 do not exist. Returns the
+  /// requests that the supervisor receives after that, while the operator sends 2.
+  std::vector<std::uint64_t> received_requests(bool secured) {
+    bus::Participant person = participant("operator", secured ? std::optional(Role::kOperator) : std::nullopt);
     bus::Participant supervisor = participant("supervisor", secured ? std::optional(Role::kSupervisor) : std::nullopt);
-    bus::Participant planner = participant("planner", secured ? std::optional(Role::kPlanner) : std::nullopt);
-    bus::Writer<msg::CellMode> modes(supervisor);
-    bus::Reader<msg::CellMode> reader(planner);
-    EXPECT_TRUE(modes.wait_matched(1, kPatience));
-    EXPECT_TRUE(modes.write(mode(1)));
+    bus::Writer<msg::SupervisorRequest> requests(person);
+    bus::Reader<msg::SupervisorRequest> reader(supervisor);
+    EXPECT_TRUE(requests.wait_matched(1, kPatience));
+    EXPECT_TRUE(requests.write(stop(1)));
     EXPECT_TRUE(await([&] { return !reader.take().empty(); }, reader));
 
     RtpsDatagram::Prefix prefix{};
-    const bus::EndpointId id = modes.id();
+    const bus::EndpointId id = requests.id();
     std::copy_n(id.bytes.begin(), prefix.size(), prefix.begin());
     std::uint32_t entity = 0;
     for (int i = 12; i < 16; ++i) entity = entity << 8U | id.bytes[i];
     intruder_.send(domain_.number(), RtpsDatagram(prefix).writer(entity).gap(2, 1001).bytes());
-    // The planner has handled the datagram when it refuses it, or has handled a later one of the supervisor.
+    // The supervisor has handled the datagram when it refuses it, or has handled a later one of the operator.
     if (secured) {
-      EXPECT_TRUE(await([&] { return refused(planner, "not encrypted").has_value(); }, reader));
-      EXPECT_EQ(refused(planner, "not encrypted")->address, "127.0.0.9");
-      EXPECT_EQ(refused(planner, "not encrypted")->node, "supervisor");
+      EXPECT_TRUE(await([&] { return refused(supervisor, "not encrypted").has_value(); }, reader));
+      EXPECT_EQ(refused(supervisor, "not encrypted")->address, "127.0.0.9");
+      EXPECT_EQ(refused(supervisor, "not encrypted")->node, "operator");
     }
-    std::vector<std::uint64_t> terms;
-    EXPECT_TRUE(modes.write(mode(2)));
+    std::vector<std::uint64_t> numbers;
+    EXPECT_TRUE(requests.write(stop(2)));
     const auto take = [&] {
-      for (const auto& sample : reader.take()) terms.push_back(sample.value.term());
-      return !terms.empty();
+      for (const auto& sample : reader.take()) numbers.push_back(sample.value.request_id());
+      return !numbers.empty();
     };
     static_cast<void>(await(take, reader, secured ? kPatience : std::chrono::milliseconds(1000)));
-    return terms;
+    return numbers;
   }
 
   FreeDomain domain_;
@@ -137,13 +139,13 @@ class Forgery : public testing::Test {
 
 TEST_F(Forgery, RefusesDatagramsInTheNameOfAParticipantWithKeys) {
   ASSERT_TRUE(intruder_.bound());
-  EXPECT_EQ(received_terms(true), std::vector<std::uint64_t>{2});
+  EXPECT_EQ(received_requests(true), std::vector<std::uint64_t>{2});
 }
 
-// What the keys prevent: the forged gap hides the supervisor's next order.
+// What the keys prevent: the forged gap hides the operator's next order.
 TEST_F(Forgery, HidesAnOrderFromAnOpenParticipant) {
   ASSERT_TRUE(intruder_.bound());
-  EXPECT_TRUE(received_terms(false).empty());
+  EXPECT_TRUE(received_requests(false).empty());
 }
 
 // The recorded datagrams are of the planner, encrypted, and arrive once more after it has gone on.

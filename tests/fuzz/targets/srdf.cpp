@@ -2,6 +2,8 @@
 
 #include "planner/model/srdf.hpp"
 
+#include <vector>
+
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/moveit_files.hpp"
 #include "tests/fuzz/fuzz.hpp"
@@ -15,6 +17,12 @@ void read(const Read& function) {
   } catch (const hecaton::planner::ModelError& error) {
     hecaton::fuzz::require_sentence(error.what());
   }
+}
+
+std::vector<hecaton::planner::TreeLink> tree_of(const hecaton::planner::RobotModel& model) {
+  std::vector<hecaton::planner::TreeLink> tree;
+  for (const hecaton::planner::Link& link : model.links) tree.emplace_back().link = link;
+  return tree;
 }
 
 }  // namespace
@@ -35,7 +43,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   });
   read([&] {
     planner::SourceFiles sources;
-    static_cast<void>(planner::srdf_tool_link(path, "base_link", sources));
+    static_cast<void>(planner::srdf_tool_link(path, tree_of(*kPuma), "", sources));
+    static_cast<void>(planner::srdf_tool_link(path, tree_of(*kPuma), "base_link", sources));
   });
   read([&] { static_cast<void>(config::groups_of_srdf(path)); });
   return 0;

@@ -410,6 +410,10 @@ export class PairLine {
     this.positions.setXYZ(1, to[0], to[1], to[2]);
     this.positions.needsUpdate = true;
   }
+  /** For tests. */
+  get ends(): number[][] {
+    return [0, 1].map((i) => [this.positions.getX(i), this.positions.getY(i), this.positions.getZ(i)]);
+  }
 }
 
 /** A text that faces the viewer and keeps its size on the screen. */
@@ -419,6 +423,11 @@ export class Label {
   private readonly texture = new THREE.CanvasTexture(this.canvas);
   private text = "";
   private style = "";
+
+  /** What it says. For tests. */
+  get shown(): string {
+    return this.text;
+  }
 
   constructor() {
     this.texture.minFilter = THREE.LinearFilter;

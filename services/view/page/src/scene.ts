@@ -383,6 +383,13 @@ export class CellScene {
   motionOf(arm: string): Motion | null {
     return this.arms.get(arm)?.motion.drawn ?? null;
   }
+  /** The pair that is drawn at an arm, with its label; null: none is. For tests. */
+  pairOf(arm: string): { own: number[]; other: number[]; text: string } | null {
+    const entry = this.arms.get(arm);
+    if (!entry?.pair.line.visible) return null;
+    const [own, other] = entry.pair.ends;
+    return { own, other, text: entry.pairLabel.shown };
+  }
   opacityOf(arm: string): number {
     return this.arms.get(arm)?.figure.shownOpacity ?? 0;
   }

@@ -127,6 +127,8 @@ TEST(Plan, NamesThePairThatMakesTheStartInvalid) {
   EXPECT_EQ(blocked.status, PlanStatus::kStartInvalid);
   EXPECT_NE(blocked.reason.find("start is in collision: puma/"), std::string::npos) << blocked.reason;
   EXPECT_NE(blocked.reason.find("and block overlap"), std::string::npos) << blocked.reason;
+  EXPECT_NE(blocked.reason.find(" mm (minimum distance "), std::string::npos) << blocked.reason;
+  EXPECT_TRUE(blocked.reason.ends_with("; choose another start, or move what is in the way")) << blocked.reason;
 }
 
 TEST(Plan, RejectsStartOutsideTheLimits) {

@@ -27,7 +27,9 @@ TEST(GoalCheck, RejectsAGoalInTheBaseOfAnotherArm) {
   ASSERT_TRUE(rejection);
   EXPECT_EQ(rejection->kind, RejectionKind::kInCollision);
   EXPECT_EQ(rejection->subject, "based/ground");
-  EXPECT_EQ(rejection->text, "goal is in collision: point/ball and based/ground overlap by 150 mm");
+  EXPECT_EQ(rejection->text,
+            "goal is in collision: point/ball and based/ground overlap by 150 mm (minimum distance 0 mm); choose a "
+            "goal clear of based/ground, which stays where it is");
 }
 
 TEST(GoalCheck, AcceptsAGoalWhereTheLinksOfAnotherArmAreNow) {
@@ -37,8 +39,9 @@ TEST(GoalCheck, AcceptsAGoalWhereTheLinksOfAnotherArmAreNow) {
 }
 
 /// A turret, a cylinder that turns on a floor, with a ball that swings about y at its top. The turret's fast shape is a
-/// capsule that reaches 60 mm into the floor, while the cylinder begins at height `bottom` [m].
-CellGeometry turret_on_floor(double bottom) {
+/// capsule that reaches 60 mm into the floor, while the cylinder begins at height `bottom` [m]. The ball is `ball_at`
+/// [m] from its axis.
+CellGeometry turret_on_floor(double bottom, double ball_at = 0.6) {
   auto model = std::make_shared<RobotModel>();
   model->name = "turret";
   model->links.resize(3);
@@ -56,7 +59,8 @@ CellGeometry turret_on_floor(double bottom) {
   LinkGeometry& ball = model->geometry.emplace_back();
   ball.link = 2;
   ball.shape = world::Sphere{0.05};
-  ball.X_LS.translation().x() = 0.6;
+  ball.X_LS.translation().x() = ball_at;
+  model->self_pairs = {{0, 1}};
   model->joint_names = {"turn", "swing"};
   model->limits = {joints({-3, -3}), joints({3, 3}), joints({1, 1}), joints({4, 4})};
   model->tool_link = 2;
@@ -86,6 +90,29 @@ TEST(GoalCheck, AcceptsGoalsOfAnArmWhoseTurningBaseTouchesTheFloorByItsCapsuleOn
   const auto turret = reject_goal(turret_on_floor(-0.01), joints({0.7, 0.3}), std::span(&floor, 1));
   ASSERT_TRUE(turret) << "the cylinder is in the floor";
   EXPECT_TRUE(turret->text.starts_with("goal is in collision: one/turret and floor overlap by")) << turret->text;
+}
+
+TEST(GoalCheck, NamesARemedyForEachKindOfPair) {
+  const world::ObstacleState floor = floor_state();
+  const auto in_floor = reject_goal(turret_on_floor(0.01), joints({0.7, 0.9}), std::span(&floor, 1));
+  ASSERT_TRUE(in_floor);
+  EXPECT_TRUE(in_floor->text.ends_with(
+      " mm (minimum distance 0 mm); choose a goal clear of floor, or move or remove that obstacle"))
+      << in_floor->text;
+  const auto folded = reject_goal(turret_on_floor(0.01, 0.3), joints({0.0, 1.57}), std::span(&floor, 1));
+  ASSERT_TRUE(folded) << "the ball is in the turret";
+  EXPECT_TRUE(folded->text.starts_with("goal is in collision: one/turret and one/ball overlap by ")) << folded->text;
+  EXPECT_TRUE(folded->text.ends_with("exclude the pair in the SRDF (disable_collisions)")) << folded->text;
+}
+
+TEST(GoalCheck, RejectsOwnLinksBelowTheDistanceAskedFor) {
+  const world::ObstacleState floor = floor_state();
+  const CellGeometry turret = turret_on_floor(0.01, 0.15);  // the ball is 4 mm above the turret
+  EXPECT_FALSE(reject_goal(turret, joints({0.0, 1.1354}), std::span(&floor, 1)));
+  EXPECT_FALSE(reject_goal(turret, joints({0.0, 1.1354}), std::span(&floor, 1), 0.003));
+  const auto near = reject_goal(turret, joints({0.0, 1.1354}), std::span(&floor, 1), 0.01);
+  ASSERT_TRUE(near);
+  EXPECT_NE(near->text.find(" mm apart (minimum distance 10 mm); "), std::string::npos) << near->text;
 }
 
 TEST(GoalCheck, RejectsMalformedGoals) {
@@ -208,6 +235,26 @@ TEST_F(ToolGoals, AreSolvedWithinTheTolerances) {
   const ToolGoalAnswer near = resolve();
   ASSERT_FALSE(near.rejection) << near.rejection->text;
   EXPECT_EQ(error_at_goal(arm_, near.q, near.q, 1e-3, &goal_), std::nullopt);
+}
+
+/// The second joint turns the tool by almost two turns.
+TEST(ToolGoal, TakesTheTurnsWhoseWayPassesTheCheck) {
+  Arm arm = test::planar_point("a");
+  auto model = std::make_shared<RobotModel>(*arm.model);
+  model->links[2].joint_type = JointType::kRevolute;
+  model->links[2].axis = Eigen::Vector3d::UnitZ();
+  model->limits.lower[1] = -6.2;
+  model->limits.upper[1] = 6.2;
+  arm.model = model;
+  arm.limits = model->limits;
+  const ToolGoal goal{.X_WT = world::pose_from_xyz_rpy({1.0, 0.0, 0.0}, {0.0, 0.0, 2.0})};
+  const ConfigurationCheck accepts = [](const JointVector&) { return std::nullopt; };
+  const ConfigurationCheck stops_at_one = [](const JointVector& q) {
+    return std::abs(q[1] - 1.0) < 0.1 ? std::optional(Rejection{}) : std::nullopt;
+  };
+  EXPECT_NEAR(resolve_tool_goal(arm, goal, joints({0.0, 0.0}), accepts).q[1], 2.0, 1e-3);
+  EXPECT_NEAR(resolve_tool_goal(arm, goal, joints({0.0, 0.0}), accepts, stops_at_one).q[1],
+              2.0 - 2.0 * std::numbers::pi, 1e-3);
 }
 
 TEST_F(ToolGoals, AreRejectedOutOfReach) {

@@ -146,6 +146,23 @@ TEST(ClosePairs, DropsPairsThatNoPosturePartsOrBringsTogether) {
   EXPECT_TRUE(test::has_note(*narrow, "provably never touch: a–c"));
 }
 
+// A base and an upper arm that swings past it: with the second joint down they are near, and no joint parts them.
+TEST(ModelFilter, DropsPairsOfTwoJointsThatProvablyNeverTouch) {
+  const auto load = [](const std::string& length) {
+    const test::TemporaryFolder folder;
+    const std::string turns = R"(<limit lower="-6.2" upper="6.2" effort="1" velocity="1"/>)";
+    return load_arm_model(folder.write(
+        "r.urdf",
+        test::robot(ball_link("base") + ball_link("a") + ball_link("b", length + " 0 0") +
+                    joint("j1", "revolute", "base", "a", R"(<origin xyz="0 0 0.2"/><axis xyz="0 0 1"/>)" + turns) +
+                    joint("j2", "revolute", "a", "b", R"(<axis xyz="0 1 0"/>)" + turns))));
+  };
+  const auto near = load("0.095");  // 5 mm to 195 mm apart
+  EXPECT_TRUE(names(*near).empty());
+  EXPECT_TRUE(test::has_note(*near, "have two joints between them and provably never touch: base–b"));
+  EXPECT_EQ(names(*load("0.105")), (Names{{"base", "b"}})) << "5 mm of overlap";
+}
+
 TEST(ClosePairs, KeepsAndListsThoseThatCanTouch) {
   const auto model = load_wrist("0 1 0", 2.0);  // 87 mm at 2 rad: 13 mm deep
   EXPECT_EQ(names(*model), (Names{{"a", "c"}}));

@@ -92,6 +92,47 @@ TEST(Srdf, NamesTheToolLink) {
       "flange");
 }
 
+TEST(Srdf, NamesTheToolLinkOfNestedGroups) {
+  const std::string shoulder = R"(<group name="a"><chain base_link="base_link" tip_link="forearm"/></group>)";
+  const std::string wrist = R"(<group name="b"><chain base_link="forearm" tip_link="flange"/></group>)";
+  const std::string both = R"(<group name="arm"><group name="a"/><group name="b"/></group>)";
+  EXPECT_EQ(tool_with(both + shoulder + wrist), "flange");
+  EXPECT_EQ(tool_with(shoulder + wrist), "tool0") << "two groups: the longest chain";
+  EXPECT_EQ(tool_with(both + shoulder + wrist, "base_link"), "flange");
+  const std::string itself =
+      R"(<group name="c"><group name="c"/><chain base_link="base_link" tip_link="flange"/></group>)";
+  EXPECT_EQ(tool_with(itself), "flange");
+  // A link after the tip of the chain, such as a gripper's in a group of arm and gripper, is not the tool.
+  const std::string with_hand = R"(<group name="all"><group name="b"/><group name="hand"/></group>
+                                   <group name="hand"><link name="tool0"/></group>)";
+  EXPECT_EQ(tool_with(wrist + with_hand), "flange");
+}
+
+TEST(Srdf, NamesTheToolLinkOfGroupsOfJointsAndLinks) {
+  const std::string joints =
+      R"(<group name="arm"><joint name="joint1"/><joint name="joint2"/><joint name="joint3"/></group>)";
+  const std::string links =
+      R"(<group name="arm"><link name="shoulder"/><link name="upper_arm"/><link name="forearm"/></group>)";
+  const std::string finger = R"(<group name="hand"><joint name="joint6"/></group>)";
+  EXPECT_EQ(tool_with(joints + finger), "forearm");
+  EXPECT_EQ(tool_with(links + finger), "forearm");
+  EXPECT_EQ(tool_with(joints, "base_link"), "forearm");
+  const std::string chain = R"(<group name="c"><chain base_link="base_link" tip_link="flange"/></group>)";
+  EXPECT_EQ(tool_with(joints + chain), "flange") << "a chain says more than a list";
+}
+
+TEST(Srdf, NotesWhatItDoesNotUse) {
+  const auto model =
+      puma_with(puma(R"(<virtual_joint name="v" type="fixed" parent_frame="world" child_link="base_link"/>
+                                       <passive_joint name="finger"/><passive_joint name="joint2"/>
+                                       <group name="arm"><group name="nowhere"/></group>)"));
+  EXPECT_TRUE(test::has_note(*model, "elements that are not used: 'passive_joint' (2), 'virtual_joint'"));
+  EXPECT_TRUE(test::has_note(*model, "joint 'joint2' is passive, but moves the tool"));
+  EXPECT_FALSE(test::has_note(*model, "joint 'finger' is passive"));
+  EXPECT_TRUE(test::has_note(*model, "group 'nowhere' in group 'arm' does not exist and is skipped"));
+  EXPECT_FALSE(test::has_note(*puma_with(puma("")), "not used"));
+}
+
 TEST(Srdf, RefusesBadFiles) {
   const auto error = [](const std::string& text) -> std::string {
     try {

@@ -1,8 +1,10 @@
 #include "planner/model/urdf_loader.hpp"
 
+#include <chrono>
 #include <cmath>
 
 #include "planner/model/kinematics.hpp"
+#include "planner/model/xacro.hpp"
 #include "tests/unit/planner/model/support.hpp"
 
 namespace hecaton::planner {
@@ -392,6 +394,33 @@ TEST_F(Xacro, FindsThePackageThatTheFileIsIn) {
   UrdfOptions options;
   options.allow_bare_links = true;
   EXPECT_EQ(load_urdf(file, options)->joint_names, std::vector<std::string>{"j"});
+}
+
+TEST_F(Xacro, KillsAProgramThatDoesNotEnd) {
+  install("exec sleep 1000\n");
+  const std::string file = folder_.write("r.urdf.xacro", source_);
+  XacroOptions options;
+  options.time_limit = std::chrono::seconds(1);
+  SourceFiles sources;
+  try {
+    std::ignore = expand_xacro(file, sources, options);
+    FAIL() << "the program did not end";
+  } catch (const ModelError& error) {
+    EXPECT_NE(std::string(error.what()).find("r.urdf.xacro: the program xacro did not end within 1 s and was killed: "),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(Xacro, GetsNoPathThatLooksLikeAnOption) {
+  install("case \"$1\" in -*) exit 3;; esac\nsed \"s/<xacro:arm.>/" + kArm + "/\" \"$1\"\n");
+  folder_.write("-r.urdf.xacro", source_);
+  UrdfOptions options;
+  options.allow_bare_links = true;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path(""));
+  EXPECT_EQ(load_urdf("-r.urdf.xacro", options)->joint_names, std::vector<std::string>{"j"});
+  std::filesystem::current_path(before);
 }
 
 TEST_F(Xacro, LeavesNoXacroText) {

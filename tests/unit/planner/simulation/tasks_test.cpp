@@ -244,6 +244,45 @@ TEST(TaskGenerator, JointsThatTurnMoreThanOnceTakeTheNearestTurn) {
   }
 }
 
+// At 0 a ball on the turning joint is 5 mm from one on the base. It touches nothing, but the arm does not pass there.
+TEST(TaskGenerator, JointsTurnTheLongWayAroundLinksThatAreTooNear) {
+  Cell cell = turner();
+  auto model = std::make_shared<RobotModel>(*cell.arms[0].arm.model);
+  LinkGeometry beside{0, world::Sphere{0.05}, Pose::Identity(), 0.0};
+  beside.X_LS.translation().x() = 0.305;
+  model->geometry.front().X_LS.translation().x() = 0.2;
+  model->geometry.insert(model->geometry.begin(), beside);
+  model->self_pairs = {{0, 1}};
+  cell.arms[0].arm.model = model;
+  TaskGenerator generator(cell);
+  Random random(5);
+  for (int draw = 0; draw < 40; ++draw) {
+    const auto goals = generator.draw_conflicting_goals(random, {joints({0, -1.5})});
+    ASSERT_TRUE(goals) << generator.shortage();
+    EXPECT_LT((*goals)[0][1], 0.0);
+  }
+}
+
+// Drawn independently, twelve points are clear of each other in one of about 20,000 draws.
+TEST(TaskGenerator, DrawsCrowdedArmsOneAfterTheOther) {
+  Cell cell;
+  for (int i = 0; i < 12; ++i) {
+    PlannedArm& planned = cell.arms.emplace_back();
+    planned.arm = test::planar_point("arm" + std::to_string(i));
+  }
+  cell.tasks.radius = 0.4;
+  cell.tasks.half_height = 0.0;
+  TaskGenerator generator(cell);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Random random(seed);
+    const auto drawn = generator.draw_configuration(random);
+    ASSERT_TRUE(drawn) << generator.shortage();
+    for (std::size_t i = 0; i < drawn->size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) EXPECT_GT(((*drawn)[i] - (*drawn)[j]).norm(), 0.1) << i << " touches " << j;
+    }
+  }
+}
+
 // Two points of 0.1 m across, whose areas are 1 m apart.
 TEST(TaskGenerator, ReportsThatNoArmsMeet) {
   Cell cell = sequence_under_ball(0.01);

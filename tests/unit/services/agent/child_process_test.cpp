@@ -136,6 +136,8 @@ TEST_F(ChildProcessTest, LogsToItsFile) {
   auto next = shell("echo more");
   await_end(next);
   EXPECT_EQ(log(), "out\nerr\nmore\n");
+  EXPECT_EQ(std::filesystem::status(folder_.path("log")).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 TEST_F(ChildProcessTest, ReportsAMissingProgramAsASentence) {

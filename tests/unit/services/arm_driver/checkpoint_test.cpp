@@ -9,6 +9,7 @@
 
 #include "services/arm_driver/command_gate.hpp"
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
+#include "services/bus/wire_rules.hpp"
 #include "services/runtime/atomic_file.hpp"
 
 namespace hecaton::services {
@@ -46,6 +47,15 @@ TEST_F(CheckpointTest, IsEmptyWithoutAFile) {
   LeaseCheckpoint checkpoint("");
   checkpoint.remember(first_);
   EXPECT_FALSE(checkpoint.recall());
+}
+
+// With such a lease the driver would refuse every planner and cell mode, also after the next restart.
+TEST_F(CheckpointTest, IsNoLeaseWithAnUnusableTerm) {
+  LeaseCheckpoint checkpoint(path_);
+  for (const std::uint64_t term : {bus::kLargestTerm, ~std::uint64_t{0}}) {
+    checkpoint.remember({"planner/arm1", term});
+    EXPECT_EQ(checkpoint.recall(), ArmLease()) << term;
+  }
 }
 
 TEST_F(CheckpointTest, HasTheLastLease) {

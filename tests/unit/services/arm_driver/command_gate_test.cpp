@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "services/arm_driver/known_planners.hpp"
+
 namespace hecaton::services {
 namespace {
 
@@ -81,8 +83,69 @@ TEST(CommandGate, FollowsOneParticipantUnderATerm) {
   EXPECT_EQ(gate.judge(command(1, 2), from(1, 20ms)).verdict, Verdict::kAccepted);
   EXPECT_EQ(gate.judge(command(1, 3), from(2, 71ms)).verdict, Verdict::kAccepted) << "the planner was restarted";
   EXPECT_EQ(gate.judge(command(1, 4), from(1, 80ms)).verdict, Verdict::kSecondWriter);
-  EXPECT_EQ(gate.judge(command(2, 1), from(3, 81ms)).verdict, Verdict::kAccepted) << "a new lease";
+  CommandOrigin standby = from(3, 81ms);
+  standby.named = true;
+  EXPECT_EQ(gate.judge(command(2, 1), standby).verdict, Verdict::kAccepted) << "a new lease";
   EXPECT_EQ(gate.stale_rejected(), 0U);
+}
+
+// While the supervisor is silent, an intruder would only have to take a greater term.
+TEST(CommandGate, TakesANewTermOfAKnownPlannerOnlyWithoutTheSupervisor) {
+  using namespace std::chrono_literals;
+  CommandGate gate(2, {0.05, 50ms});
+  EXPECT_EQ(gate.judge(command(3, 1), from(1, 0ms)).verdict, Verdict::kAccepted) << "nothing is known yet";
+  const Judgement refused = gate.judge(command(4, 1), from(2, 10ms));
+  EXPECT_EQ(refused.verdict, Verdict::kNotGranted);
+  EXPECT_EQ(refused.cause.text(),
+            "commands of planner/arm1 have term 4, the supervisor is silent, and their sender is not known as this "
+            "planner");
+  EXPECT_EQ(gate.judge(command(9, 1), from(2, 10s)).verdict, Verdict::kNotGranted) << "nor later";
+  EXPECT_EQ(gate.lease().term, 3U) << "it proves nothing";
+  EXPECT_EQ(gate.judge(command(4, 1), from(1, 20ms)).verdict, Verdict::kAccepted) << "the arm has followed it";
+  gate.observe_lease({{}, 6});
+  EXPECT_EQ(gate.judge(command(7, 1), from(2, 30ms)).verdict, Verdict::kNotGranted);
+  CommandOrigin standby = from(2, 40ms);
+  standby.named = true;
+  EXPECT_EQ(gate.judge(command(7, 1), standby).verdict, Verdict::kAccepted) << "the only one with a planner's name";
+  gate.observe_lease({{}, 8});
+  EXPECT_EQ(gate.judge(command(8, 1), from(5, 10s)).verdict, Verdict::kAccepted) << "a cell mode has named the term";
+}
+
+bus::Event discovery(bus::EventKind kind, const std::string& name, std::uint8_t participant) {
+  bus::Event event;
+  event.kind = kind;
+  event.key = name;
+  event.peer.bytes[0] = participant;
+  return event;
+}
+
+TEST(KnownPlanners, KnowTheOnlyParticipantOfAName) {
+  using enum bus::EventKind;
+  KnownPlanners planners({"planner/arm1", "planner/arm1@beta"});
+  const auto is_only = [&](std::uint8_t participant, const std::string& node) {
+    CommandOrigin origin = from(participant, std::chrono::milliseconds(0));
+    origin.writer.bytes[15] = 9;  // an endpoint of it
+    return planners.is_only(origin.writer, node);
+  };
+  EXPECT_FALSE(is_only(1, "planner/arm1"));
+  planners.note(discovery(kParticipantFound, "planner/arm1", 1));
+  planners.note(discovery(kParticipantFound, "planner/arm1", 1));
+  planners.note(discovery(kParticipantFound, "planner/arm1@beta", 2));
+  planners.note(discovery(kParticipantFound, "intruder", 3));
+  planners.note(discovery(kPeerLost, "planner/arm1", 1));
+  EXPECT_TRUE(is_only(1, "planner/arm1")) << "it was found again";
+  EXPECT_TRUE(is_only(2, "planner/arm1@beta"));
+  EXPECT_FALSE(is_only(2, "planner/arm1"));
+  EXPECT_FALSE(is_only(3, "intruder"));
+  planners.note(discovery(kParticipantFound, "planner/arm1", 4));
+  EXPECT_FALSE(is_only(1, "planner/arm1")) << "one of two";
+  EXPECT_FALSE(is_only(4, "planner/arm1"));
+  planners.note(discovery(kParticipantLost, "planner/arm1", 1));
+  EXPECT_TRUE(is_only(4, "planner/arm1")) << "a new process";
+  for (std::uint8_t i = 10; i < 10 + 2 * KnownPlanners::kMost; ++i) {
+    planners.note(discovery(kParticipantFound, "planner/arm1@beta", i));
+  }
+  EXPECT_FALSE(is_only(4, "planner/arm1")) << "more than it keeps";
 }
 
 TEST(CommandGate, RefusesTermsThatWereNotGranted) {

@@ -48,6 +48,16 @@ TEST(AuthenticationWatch, WaitsWhileOtherHandshakesEnd) {
   EXPECT_EQ(watch.take_overdue(kStart + 10s + kLimit + 1ms), Peers{kSlow});
 }
 
+TEST(AuthenticationWatch, DoesNotWaitForAnIntruderThatFails) {
+  AuthenticationWatch watch;
+  watch.found(kSlow, "slow", kStart);
+  for (auto now = kStart; now <= kStart + kLimit; now += 1s) {
+    watch.found(kQuick, "intruder", now);
+    watch.ended(kQuick, false, now);
+  }
+  EXPECT_EQ(watch.take_overdue(kStart + kLimit + 1ms), Peers{kSlow});
+}
+
 TEST(AuthenticationWatch, WaitsNoLongerThanTheLongestTime) {
   AuthenticationWatch watch;
   watch.found(kSlow, "slow", kStart);

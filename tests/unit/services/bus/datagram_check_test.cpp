@@ -161,30 +161,67 @@ TEST_F(DatagramCheckTest, AcceptsNewSocketsOfAParticipantThatWasSilent) {
   EXPECT_TRUE(refused(RtpsDatagram().data(3)));
 }
 
+RtpsDatagram::Prefix invented(std::size_t i) {
+  return {7, static_cast<std::uint8_t>(i >> 16U), static_cast<std::uint8_t>(i >> 8U), static_cast<std::uint8_t>(i)};
+}
+
 TEST_F(DatagramCheckTest, BoundsTheSocketsOfAParticipantAndTheParticipantsOfASocket) {
   for (std::size_t i = 0; i < ParticipantSources::kSockets; ++i) ASSERT_FALSE(refused(RtpsDatagram().data(1), 100 + i));
   EXPECT_TRUE(refused(RtpsDatagram().data(1), 99));
-  const auto prefix = [](std::size_t i) {
-    return RtpsDatagram::Prefix{7, static_cast<std::uint8_t>(i >> 8U), static_cast<std::uint8_t>(i)};
-  };
   for (std::size_t i = 0; i < ParticipantSources::kSpokenFor; ++i) {
-    ASSERT_FALSE(refused(RtpsDatagram(prefix(i)).data(1), kOther));
+    ASSERT_FALSE(refused(RtpsDatagram(invented(i)).data(1), kOther));
+    check_.found(invented(i));
   }
   EXPECT_TRUE(refused(RtpsDatagram({8}).data(1), kOther));
-  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1))) << "of another socket";
-  now_ += ParticipantSources::kSilence + 1s;
-  EXPECT_FALSE(refused(RtpsDatagram({8, 1}).data(1), kOther)) << "the others are silent";
+  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1), 98)) << "of another socket";
+  check_.unbind(invented(3));
+  EXPECT_FALSE(refused(RtpsDatagram({8, 1}).data(1), kOther)) << "one has left";
 }
 
-TEST_F(DatagramCheckTest, BoundsTheParticipantsOfADomain) {
-  std::size_t accepted = 0;
-  for (std::size_t i = 0; i < 2 * ParticipantSources::kParticipants; ++i) {
-    const RtpsDatagram::Prefix prefix{7, static_cast<std::uint8_t>(i >> 8U), static_cast<std::uint8_t>(i)};
-    if (!refused(RtpsDatagram(prefix).data(1), i)) ++accepted;
+// Participants that discovery never finds cost an intruder a datagram each.
+TEST_F(DatagramCheckTest, HasAPlaceForEachNewParticipantWhateverWasInvented) {
+  const RtpsDatagram::Prefix known = RtpsDatagram::prefix();
+  ASSERT_FALSE(refused(RtpsDatagram(known).data(1)));
+  check_.found(known);
+  now_ += ParticipantSources::kSettling + 1s;
+  for (std::size_t i = 0; i < 100'000; ++i) {
+    ASSERT_FALSE(refused(RtpsDatagram(invented(i)).data(1), i % 16)) << i;
   }
-  EXPECT_EQ(accepted, ParticipantSources::kParticipants);
-  now_ += ParticipantSources::kSilence + 1s;
-  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1), kOther)) << "the others are silent";
+  EXPECT_FALSE(refused(RtpsDatagram({8}).data(1), kOther)) << "a process that starts";
+  EXPECT_FALSE(refused(RtpsDatagram(known).data(2)));
+  EXPECT_TRUE(refused(RtpsDatagram(known).data(3), kOther)) << "what is bound stays bound";
+}
+
+TEST_F(DatagramCheckTest, BindsAParticipantThatWasFoundAfterItsPlaceWasLost) {
+  ASSERT_FALSE(refused(RtpsDatagram().data(1)));
+  for (std::size_t i = 0; i < 2 * ParticipantSources::kUnknown; ++i) {
+    ASSERT_FALSE(refused(RtpsDatagram(invented(i)).data(1), kOther));
+  }
+  check_.found(RtpsDatagram::prefix());
+  EXPECT_FALSE(refused(RtpsDatagram().data(2)));
+  now_ += ParticipantSources::kSettling + 1s;
+  EXPECT_TRUE(refused(RtpsDatagram().data(3), kOther));
+  EXPECT_FALSE(refused(RtpsDatagram().data(3)));
+}
+
+// The reader would look for 2³² samples of a writer whose number was forgotten, or never noted.
+TEST_F(DatagramCheckTest, KnowsTheNumbersOfAWriterAmongManyOthers) {
+  constexpr std::int64_t kFirst = DatagramCheck::kFirst;
+  const auto of = [](std::size_t writer) {
+    return RtpsDatagram().writer(static_cast<std::uint32_t>(writer << 8U | 2U));
+  };
+  for (std::size_t i = 0; i < 10'000; ++i) ASSERT_FALSE(refused(RtpsDatagram(invented(i)).data(1), kOther));
+  for (std::size_t i = 0; i < 10'000; ++i) ASSERT_FALSE(refused(of(100 + i).data(1)));
+  ASSERT_FALSE(refused(of(1).data(kFirst)));
+  EXPECT_TRUE(refused(of(1).heartbeat(1, 10)));
+  for (std::size_t i = 0; i < 10'000; ++i) {
+    now_ += 1ms;
+    ASSERT_FALSE(refused(of(20'000 + i).data(1)));
+  }
+  EXPECT_TRUE(refused(of(1).heartbeat(1, 10))) << "it was not forgotten";
+  for (std::size_t i = 0; i < 2 * DatagramCheck::kWriters; ++i) static_cast<void>(refused(of(40'000 + i).data(kFirst)));
+  EXPECT_TRUE(refused(of(1).heartbeat(1, 10)));
+  EXPECT_TRUE(refused(of(50'000).data(1))) << "no place, as all have great numbers";
 }
 
 TEST_F(DatagramCheckTest, RefusesDiscoveryOfAnotherParticipant) {

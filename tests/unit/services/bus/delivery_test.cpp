@@ -299,18 +299,19 @@ TEST_F(Delivery, SurvivesDeparturesOfReadersWhileSamplesAreOnTheirWay) {
 }
 
 TEST_F(Delivery, HidesAClearedHistoryFromLateJoiners) {
-  Writer<msg::CellMode> modes(here_);
-  Reader<msg::CellMode> early(there_);
-  msg::CellMode mode;
-  mode.term(1);
-  ASSERT_TRUE(modes.write(mode));
+  Writer<msg::Fault> faults(here_);
+  Reader<msg::Fault> early(there_);
+  msg::Fault fault;
+  fault.id("f1-1");
+  fault.term(1);
+  ASSERT_TRUE(faults.write(fault));
   ASSERT_TRUE(wait_until(early, [&] { return early.counters().received == 1; }));
-  modes.clear_history();
-  Reader<msg::CellMode> late(there_);
-  ASSERT_TRUE(modes.wait_matched(2, kPatience));
+  faults.clear_history();
+  Reader<msg::Fault> late(there_);
+  ASSERT_TRUE(faults.wait_matched(2, kPatience));
   ASSERT_TRUE(late.wait_matched(1, kPatience));
-  mode.term(2);
-  ASSERT_TRUE(modes.write(mode));
+  fault.term(2);
+  ASSERT_TRUE(faults.write(fault));
   std::vector<std::uint64_t> terms;
   ASSERT_TRUE(wait_until(late, [&] {
     for (const auto& sample : late.take()) terms.push_back(sample.value.term());

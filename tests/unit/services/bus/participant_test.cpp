@@ -97,8 +97,8 @@ TEST(Participant, MapsNoSharedMemoryUnlessAskedTo) {
   {
     Participant here(domain.number(), "here", one_host());
     Participant there(domain.number(), "there", one_host());
-    Writer<msg::CellMode> writer(here);
-    Reader<msg::CellMode> reader(there);
+    Writer<msg::ContactReport> writer(here);
+    Reader<msg::ContactReport> reader(there);
     ASSERT_TRUE(writer.write({}));
     ASSERT_TRUE(wait_until(reader, [&] { return !reader.latest().empty(); }));
     EXPECT_EQ(mapped_segments(), 0);
@@ -117,8 +117,8 @@ TEST(Participant, LeavesReadersTheirCallbacks) {
   options.mailbox = &participants;
   Participant here(domain.number(), "here", options);
   auto there = std::make_unique<Participant>(domain.number(), "there", one_host());
-  Writer<msg::CellMode> writer(*there);
-  Reader<msg::CellMode> reader(here);
+  Writer<msg::ContactReport> writer(*there);
+  Reader<msg::ContactReport> reader(here);
   ASSERT_TRUE(writer.write({}));
   EXPECT_TRUE(wait_until(reader, [&] { return !reader.latest().empty(); }));
 

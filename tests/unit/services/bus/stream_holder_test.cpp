@@ -1,8 +1,11 @@
 #include "services/bus/stream_holder.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "services/bus/refusals.hpp"
+#include "services/bus/term_limit.hpp"
 
 namespace hecaton::bus {
 namespace {
@@ -94,6 +97,39 @@ TEST(WriterChanges, ReportAnIntruderUnderAnOldTerm) {
   EXPECT_TRUE(reported) << "it has never led";
 }
 
+// An intruder may be heard first.
+TEST(TermLimit, DoesNotBeginWithATermThatNoCellHas) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  EXPECT_FALSE(terms.admits(kLargestTerm, kBegin));
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + TermLimit::kFirstWait));
+  EXPECT_FALSE(terms.admits(kTermLeap + 1, kBegin));
+  EXPECT_TRUE(terms.admits(0, kBegin));
+  EXPECT_TRUE(terms.admits(7, kBegin + 1s)) << "the cell itself";
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h)) << "it leaps";
+  EXPECT_TRUE(terms.admits(kTermLeap + 7, kBegin + 1h));
+}
+
+TEST(TermLimit, JoinsACellWhoseTermAnIntruderHasRaised) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  const auto later = kBegin + TermLimit::kFirstWait + 1s;
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm + 1, later));
+  EXPECT_TRUE(terms.admits(kLargestFirstTerm, later));
+}
+
+TEST(TermLimit, BeginsWithTheTermOfTheCheckpoint) {
+  constexpr Clock::time_point kBegin{10s};
+  TermLimit terms(kBegin);
+  terms.know(5);
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h));
+  terms.know(kLargestTerm);
+  EXPECT_FALSE(terms.admits(kLargestFirstTerm, kBegin + 1h)) << "no usable term";
+  terms.know(3 * kTermLeap);
+  EXPECT_TRUE(terms.admits(4 * kTermLeap, kBegin)) << "the cell of this process";
+  EXPECT_TRUE(terms.admits(1, kBegin)) << "older ones are for the services to refuse";
+}
+
 TEST(SampleRate, AdmitsAsManyAsAllowedInASecond) {
   SampleRate rate;
   Clock::time_point now{10s};
@@ -102,6 +138,29 @@ TEST(SampleRate, AdmitsAsManyAsAllowedInASecond) {
   EXPECT_EQ(admitted, 10);
   EXPECT_TRUE(rate.admits(now + 1100ms, 10));
   EXPECT_TRUE(SampleRate().admits(now, 0)) << "no limit";
+}
+
+// Each of an intruder's datagrams has another GUID.
+TEST(RefusalLog, NamesASecondWriterAndAWrongTermInAFlood) {
+  RefusalLog log;
+  Clock::time_point now{10s};
+  log.note({.kind = RefusalKind::kSecondWriter, .topic = "ArmState", .sender = endpoint(1), .text = "x", .last = now});
+  log.note({.kind = RefusalKind::kNotGranted, .topic = "ArmCommand", .sender = endpoint(2), .text = "y", .last = now});
+  for (int i = 0; i < 1000; ++i) {
+    now += 1ms;
+    EndpointId forged = endpoint(3);
+    forged.bytes[1] = static_cast<std::uint8_t>(i);
+    forged.bytes[2] = static_cast<std::uint8_t>(i / 256);
+    log.note({.sender = forged, .text = "a gap", .last = now, .address = i % 2 == 0 ? "10.0.0.8" : "10.0.0.9"});
+    log.note({.topic = "Goal", .sender = forged, .text = "too long", .last = now});
+  }
+  const auto recent = log.recent(Clock::time_point(9s), 4);
+  ASSERT_EQ(recent.size(), 4U);
+  EXPECT_EQ(recent[0].text, "x");
+  EXPECT_EQ(recent[1].text, "y");
+  const auto all = log.recent(Clock::time_point(9s), 500);
+  EXPECT_EQ(std::count_if(all.begin(), all.end(), [](const Refused& one) { return one.topic.empty(); }), 2)
+      << "one for each address";
 }
 
 TEST(RefusalLog, CountsBySenderAndForgetsTheQuietest) {

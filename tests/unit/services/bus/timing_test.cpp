@@ -215,10 +215,12 @@ TEST_F(BusTest, ReadersHearAllWritersOfTheCellMode) {
   msg::CellMode mode;
   mode.term(2);
   ASSERT_TRUE(leader.write(mode));
-  ASSERT_TRUE(leader.wait_acknowledged(kPatience));
+  ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received == 1; }));
   mode.term(1);
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE(other.write(mode));
-  ASSERT_TRUE(other.wait_acknowledged(kPatience));
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    ASSERT_TRUE(other.write(mode));
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received == i + 2; }));
+  }
   std::multiset<std::uint64_t> terms;
   for (const auto& sample : reader.take()) terms.insert(sample.value.term());
   EXPECT_EQ(terms.count(2), 1) << "hidden by the other writer";

@@ -41,7 +41,7 @@ TEST(Topics, SendCommandsReliablyFromAllWriters) {
 TEST(Topics, AreTransientLocalWhereLateJoinersNeedThem) {
   for (const auto& qos :
        {Topic<msg::ObstacleShapes>::kInfo.qos, Topic<msg::Goal>::kInfo.qos, Topic<msg::GoalStatus>::kInfo.qos,
-        Topic<msg::ProcessEvent>::kInfo.qos, Topic<msg::CellMode>::kInfo.qos, Topic<msg::Fault>::kInfo.qos}) {
+        Topic<msg::ProcessEvent>::kInfo.qos, Topic<msg::Fault>::kInfo.qos}) {
     EXPECT_TRUE(qos.reliable);
     EXPECT_TRUE(qos.transient_local);
   }

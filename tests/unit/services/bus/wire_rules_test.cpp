@@ -133,7 +133,10 @@ std::vector<Bytes> broken(const Bytes& bytes, const Leaf& leaf) {
       return {with(bytes, leaf.at, static_cast<std::uint32_t>(leaf.rule.high) + 1), with(bytes, leaf.at, kMost),
               with(bytes, leaf.at, std::uint32_t{1} << 31U)};
     case FieldKind::kInt32:
-      return {};
+      return {with(bytes, leaf.at, std::numeric_limits<std::int32_t>::max()),
+              with(bytes, leaf.at, std::numeric_limits<std::int32_t>::min()),
+              with(bytes, leaf.at, static_cast<std::int32_t>(leaf.rule.high) + 1),
+              with(bytes, leaf.at, static_cast<std::int32_t>(leaf.rule.low) - 1)};
     case FieldKind::kUint32: {
       std::vector<Bytes> all;
       if (leaf.rule.high < kMost) all.push_back(with(bytes, leaf.at, kMost));

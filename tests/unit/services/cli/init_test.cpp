@@ -13,6 +13,7 @@
 #include "services/cli/cell_draft.hpp"
 #include "services/command_line/document.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/overlaps.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
@@ -327,6 +328,45 @@ TEST_F(InitTest, RejectsWhatIsNoArm) {
     EXPECT_EQ(ran.code, ExitCode::kBadInput) << one.word;
     EXPECT_NE(ran.err.find(one.piece), std::string::npos) << one.word << ": " << ran.err;
     EXPECT_FALSE(fs::exists(path("cell.yaml")));
+  }
+}
+
+TEST_F(InitTest, TakesColonsAndAtSignsInThePathOfAFile) {
+  const std::string folder = path("v1:2");
+  fs::create_directory(folder);
+  for (const std::string name : {"arm.urdf", "arm@home.urdf"}) {
+    const std::string file = folder + "/" + name;
+    std::ofstream(file) << "<robot/>";
+    for (const std::string base : {"", "@1 0 0"}) {
+      for (const std::string link : {"", "tool0"}) {
+        const std::string word = "a=" + file + (link.empty() ? "" : ":" + link) + base;
+        const DraftArm arm = parse_draft_arm(word);
+        EXPECT_EQ(arm.robot, file) << word;
+        EXPECT_EQ(arm.tool_link, link) << word;
+        EXPECT_EQ(arm.base[0], base.empty() ? 0.0 : 1.0) << word;
+      }
+    }
+  }
+  EXPECT_EQ(parse_draft_arm("a=" + folder + "/none.urdf@1 0 0").robot, folder + "/none.urdf") << "for the message";
+  EXPECT_EQ(parse_draft_arm("a=yumi:left_tool0@1 0 0").tool_link, "left_tool0");
+}
+
+// Next to the security distance an arm comes to rest slowly, or not at all.
+TEST_F(InitTest, ChoosesPosesInWhichAnArmComesToRest) {
+  constexpr double kMargin = 0.015;
+  for (const std::string robot : {"ur10e", "ur5e", "ur3e", "iiwa14", "panda", "gen3", "xarm7"}) {
+    DraftArm arm;
+    arm.name = "a";
+    arm.robot = std::string(HECATON_SOURCE_DIR) + "/deploy/robots/" + robot + ".urdf";  // without the poses of its YAML
+    const config::CellFile file = draft_cell({arm}, path(robot + ".yaml")).file;
+    const planner::PlannedArm& planned = file.cell.arms[0];
+    const planner::CellGeometry geometry({planned.arm}, 0);
+    const double kept = planned.parameters.damper.self_security_distance;
+    for (const char* name : {"home", "ready"}) {
+      const auto bodies = config::place_arm({}, geometry, 0, planned.arm.named.at(name));
+      EXPECT_FALSE(config::nearest_self_pair(bodies, geometry, kept + kMargin, planner::kRestShare).found)
+          << robot << " at " << name;
+    }
   }
 }
 

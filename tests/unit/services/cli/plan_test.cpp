@@ -148,7 +148,8 @@ TEST(PlanCommand, NamesThePairWithTooLittleClearance) {
   EXPECT_EQ(ran.code, ExitCode::kNegative);
   EXPECT_NE(ran.out.find("is too close to collision"), std::string::npos) << ran.out;
   EXPECT_NE(ran.out.find("shelf"), std::string::npos) << ran.out;
-  EXPECT_NE(ran.out.find("(minimum 900 mm)"), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find("(minimum distance 900 mm); choose another "), std::string::npos) << ran.out;
+  EXPECT_NE(ran.out.find(", or ask for less clearance"), std::string::npos) << ran.out;
 }
 
 TEST(PlanCommand, HasATrajectoryWhenTheStartIsTheGoal) {

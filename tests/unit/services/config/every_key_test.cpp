@@ -15,6 +15,7 @@
 #include "planner/methods/strategy/strategy.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/config/schema.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::config {
 namespace {
@@ -29,7 +30,7 @@ network: {domain: 7, transport: udp, interface: eth1, discovery: unicast, peers:
 security: {keystore: keys}
 hosts: {alpha: 10.0.0.1, beta: beta.local}
 view: {host: alpha, listen: 10.0.0.1, port: 8099, control: true, no_stop: true, certificate: page.pem, key: page-key.pem}
-record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, ros2: true}
+record: {folder: bags, host: beta, keep: 2min, after_fault: 5s, limit: 20MB, split_size: 2MB, split_time: 30s, ros2: true}
 world: {host: beta, floor_z: -0.5, gravity: [0, 0, -1.6]}
 supervision: {host: alpha, standby_host: beta, heartbeat_period: 5ms, heartbeat_deadline: 25ms, host_lease: 0.2s, watchdog: 3s,
               memory_limit: 300MB,
@@ -172,6 +173,8 @@ TEST_F(EveryKeyTest, NetworkAndHosts) {
   EXPECT_EQ(file_.record->host, "beta");
   EXPECT_EQ(file_.record->after_fault, std::chrono::seconds(5));
   EXPECT_EQ(file_.record->limit, 20'000'000U);
+  EXPECT_EQ(file_.record->split_size, 2'000'000U);
+  EXPECT_EQ(file_.record->split_time, 30s);
   EXPECT_TRUE(file_.record->ros2);
   ASSERT_TRUE(file_.view.has_value());
   EXPECT_EQ(file_.view->host, "alpha");
@@ -503,6 +506,71 @@ TEST(ArmsOfOneRobotTest, ShareTheBodiesThatDoNotMove) {
   EXPECT_FALSE(has_link(left, "right_hand"));
 }
 
+/// A link with a ball at its origin, and the joint that carries it `xyz` from its parent.
+std::string humanoid_part(const std::string& parent, const std::string& name, const std::string& type,
+                          const std::string& xyz, const std::string& axis = "0 1 0") {
+  return "<link name=\"" + name + "\"><collision><geometry><sphere radius=\"0.03\"/></geometry></collision></link>" +
+         "<joint name=\"" + name + "_joint\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" +
+         name + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
+         "\"/><limit lower=\"-0.5\" upper=\"0.5\" velocity=\"1\" effort=\"1\"/></joint>";
+}
+
+/// A humanoid: two legs and two arms with fingers, a waist and a head, and frames of sensors on everything.
+std::string humanoid() {
+  std::string text = "<robot name=\"humanoid\"><link name=\"pelvis\"/>";
+  int frames = 0;
+  const auto limb = [&](std::string parent, const std::string& name, int joints, const std::string& first,
+                        const std::string& next) {
+    for (int k = 1; k <= joints; ++k) {
+      const std::string link = name + std::to_string(k);
+      text += humanoid_part(parent, link, "revolute", k == 1 ? first : next, k % 2 == 0 ? "1 0 0" : "0 1 0");
+      for (const char* sensor : {"_imu", "_camera", "_frame"}) {
+        const std::string frame = link + sensor;
+        text += "<link name=\"" + frame + "\"/><joint name=\"" + frame + "_joint\" type=\"fixed\"><parent link=\"" +
+                link + "\"/><child link=\"" + frame + "\"/></joint>";
+        ++frames;
+      }
+      parent = link;
+    }
+    return parent;
+  };
+  const std::string chest = limb("pelvis", "waist", 3, "0 0 0.2", "0 0 0.1");
+  limb(chest, "head", 2, "0 0 0.3", "0 0 0.1");
+  for (const std::string side : {"left", "right"}) {
+    const std::string y = side == "left" ? "0.2" : "-0.2";
+    limb("pelvis", side + "_leg", 6, "0 " + y + " -0.1", "0 0 -0.15");
+    const std::string hand = limb(chest, side + "_arm", 7, "0.1 " + y + " 0.2", "0.12 0 0");
+    for (int finger = 1; finger <= 5; ++finger) {
+      limb(hand, side + "_finger" + std::to_string(finger) + "_", 3,
+           "0.08 " + std::to_string(0.07 * (finger - 3)) + " 0", "0.04 0 0");
+    }
+  }
+  EXPECT_GT(frames, 100);
+  return text + "</robot>";
+}
+
+TEST(ArmsOfOneRobotTest, ShareAHumanoidOfHundredsOfLinks) {
+  const test::TemporaryFolder folder;
+  folder.write("humanoid.urdf", humanoid());
+  const std::string text =
+      "name: humanoid\ndefaults: {urdf: humanoid.urdf, joints: {waist1_joint: 0.1}}\narms:\n"
+      "  - {name: left, chain: [waist3, left_arm7]}\n  - {name: right, chain: [waist3, right_arm7]}\n";
+  const CellFile file = parse_cell_file(text, folder.path("cell.yaml"));
+  for (const planner::PlannedArm& planned : file.cell.arms) {
+    const planner::RobotModel& model = *planned.arm.model;
+    EXPECT_EQ(model.joints(), 7);
+    EXPECT_LE(static_cast<int>(model.links.size()), planner::kMaxLinks);
+    EXPECT_EQ(model.links[model.tool_link].name, planned.arm.name + "_arm7");
+    for (const planner::Link& link : model.links) {
+      EXPECT_FALSE(link.name.starts_with((planned.arm.name == "left" ? "right" : "left") + std::string("_arm")))
+          << link.name;
+    }
+    // 3 links of the waist, 2 of the head, 12 of the legs, 7 of the arm and 15 of its fingers have a ball each.
+    EXPECT_EQ(model.geometry.size(), 39U);
+  }
+  EXPECT_TRUE(planner::same_robot(file.cell.arms[0].arm, file.cell.arms[1].arm));
+}
+
 TEST(ArmsOfOneRobotTest, AreOneRobotHoweverThePathIsWritten) {
   const CellFile file = parse_cell_file(
       two_arms("chain: [torso, left_tool]", "urdf: ../robots/../robots/./two_arms.urdf, chain: [torso, right_tool]"),
@@ -592,6 +660,22 @@ TEST(RecordTest, HasDefaultsAndRefusesBadValues) {
        {"{}", "{folder: bags, keep: 5s}", "{folder: bags, limit: 5}", "{folder: bags, limit: 1kB}",
         "{folder: bags, limit: nanGB}", "{folder: bags, host: elsewhere}", "{folder: bags, ros2: maybe}"}) {
     EXPECT_THROW(static_cast<void>(parse_cell_file(text + "record: " + bad + "\n", kKeyFile)), ConfigError) << bad;
+  }
+  const std::vector<std::pair<std::string, std::string>> splits{
+      {"split_size: 5", "must be a number with its unit ("},
+      {"split_size: 99kB", ") from 100kB to 1000000GB, such as 500MB"},
+      {"split_size: 3GB", "must be at most half of `limit`"},
+      {"limit: 20MB, split_size: 11MB", "must be at most half of `limit`"},
+      {"split_time: 0.5s", "1s to 2600000s"},
+      {"split_time: 31d", "split_time"},
+      {"split_time: 60", "split_time"}};
+  for (const auto& [bad, phrase] : splits) {
+    try {
+      static_cast<void>(parse_cell_file(text + "record: {folder: bags, " + bad + "}\n", kKeyFile));
+      ADD_FAILURE() << bad;
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find(phrase), std::string::npos) << error.what();
+    }
   }
 }
 

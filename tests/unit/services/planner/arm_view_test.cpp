@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -320,6 +322,24 @@ TEST_F(ArmViewTest, AppliesPlansWhenTheDriverFollowsTheirPlanner) {
   EXPECT_FALSE(view_.observe(now_, mode())[1].progress.of(0, 7));
   EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "q", 2), {}, now_), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].progress.of(0, 7));
+}
+
+// An intruder invents planners.
+TEST_F(ArmViewTest, KeepsThePlanOfThePlannerInChargeAmongManyOthers) {
+  EXPECT_EQ(view_.apply(commanded_by(state("arm2", 1), "p", 1), {}, now_), std::nullopt);
+  EXPECT_EQ(view_.apply(proposal("p")), std::nullopt);
+  const std::weak_ptr<const planner::CoupledPlan> forged = [&] {
+    EXPECT_EQ(view_.apply(proposal("x")), std::nullopt);
+    EXPECT_EQ(view_.apply(commanded_by(state("arm2", 2), "x", 1), {}, now_), std::nullopt);
+    const auto shown = view_.observe(now_, mode())[1].proposal;
+    EXPECT_NE(shown, nullptr);
+    EXPECT_EQ(view_.apply(commanded_by(state("arm2", 3), "p", 1), {}, now_), std::nullopt);
+    return std::weak_ptr<const planner::CoupledPlan>(shown);
+  }();
+  EXPECT_NE(view_.observe(now_, mode())[1].proposal, nullptr);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(view_.apply(progress("x" + std::to_string(i), true)), std::nullopt);
+  EXPECT_NE(view_.observe(now_, mode())[1].proposal, nullptr);
+  EXPECT_TRUE(forged.expired()) << "it takes no memory";
 }
 
 TEST_F(ArmViewTest, ForgetsPlansOfARestartedPlanner) {

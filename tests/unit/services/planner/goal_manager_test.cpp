@@ -168,6 +168,18 @@ TEST_F(GoalManagerTest, ResolvesOneGoalAtATimeInTheOrderOfArrival) {
   EXPECT_EQ(goals_.next_to_resolve()->goal(), "b");
 }
 
+TEST_F(GoalManagerTest, RejectsGoalsAboveTheMostThatMayWait) {
+  for (int i = 0; i < 1000; ++i) goals_.receive(goal("g" + std::to_string(i)), now_);
+  const Statuses rejected = statuses();
+  ASSERT_EQ(rejected.size(), 1000U - 64U);
+  EXPECT_EQ(rejected.front().first, "g64");
+  EXPECT_EQ(rejected.front().second, msg::GoalState::GOAL_REJECTED);
+  EXPECT_EQ(statuses_.front().cause().text(), "64 goals wait for this arm already: send it again later");
+  EXPECT_EQ(goals_.next_to_resolve()->goal(), "g0");
+  goals_.receive(goal("later"), now_);
+  EXPECT_TRUE(statuses().empty()) << "it has a place";
+}
+
 TEST_F(GoalManagerTest, CancelsWaitingResolvingAndActiveGoals) {
   msg::Goal active = goal("active");
   msg::Goal asked = goal("asked");

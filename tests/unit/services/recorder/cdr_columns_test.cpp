@@ -2,7 +2,6 @@
 
 #include "services/recorder/cdr_columns.hpp"
 
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -14,6 +13,7 @@
 
 #include "services/recorder/bag.hpp"
 #include "services/recorder/mcap_writer.hpp"
+#include "tests/support/cdr_writer.hpp"
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -22,42 +22,10 @@ namespace {
 
 using namespace services::recorder;
 
-/// Plain CDR: each number stands at a multiple of its size behind the encapsulation.
-class Cdr {
- public:
-  explicit Cdr(bool little = true) : little_(little), bytes_{0, static_cast<std::uint8_t>(little ? 1 : 0), 0, 0} {}
-
-  template <class T>
-  Cdr& number(T value) {
-    while ((bytes_.size() - 4) % sizeof(T) != 0) bytes_.push_back(0);
-    Bytes raw(sizeof(T));
-    std::memcpy(raw.data(), &value, sizeof(T));
-    if (!little_) std::reverse(raw.begin(), raw.end());
-    bytes_.insert(bytes_.end(), raw.begin(), raw.end());
-    return *this;
-  }
-  Cdr& text(const std::string& value) {
-    number(static_cast<std::uint32_t>(value.size() + 1));
-    bytes_.insert(bytes_.end(), value.begin(), value.end());
-    bytes_.push_back(0);
-    return *this;
-  }
-  Cdr& numbers(const std::vector<double>& values) {
-    number(static_cast<std::uint32_t>(values.size()));
-    for (const double value : values) number(value);
-    return *this;
-  }
-  [[nodiscard]] const Bytes& bytes() const { return bytes_; }
-
- private:
-  bool little_;
-  Bytes bytes_;
-};
-
 constexpr std::uint32_t kSchema = msg::SCHEMA_VERSION;
 
 Bytes arm_command(bool little, const std::vector<double>& q) {
-  return Cdr(little)
+  return CdrWriter(little)
       .number(kSchema)
       .text("north")
       .number(std::uint64_t{3})
@@ -87,7 +55,7 @@ TEST(CdrColumns, GivesEachElementOfAShortSequenceItsColumn) {
 }
 
 TEST(CdrColumns, GivesAListOfStructuresOneColumnInJson) {
-  const Bytes message = Cdr()
+  const Bytes message = CdrWriter()
                             .number(kSchema)
                             .text("a")
                             .number(std::uint64_t{1})

@@ -162,6 +162,14 @@ TEST(McapWriter, WritesTheBytesOfTheSpecification) {
             le(zlib_crc(ByteSpan(file).subspan(summary_at, summary.size() / 2))) + "894d434150300d0a");
 }
 
+// It may hold what a cell with keys encrypts.
+TEST(McapWriter, WritesForItsUserOnly) {
+  const TemporaryFolder folder;
+  const McapWriter writer(folder.path("private.mcap"), "hecaton");
+  EXPECT_EQ(std::filesystem::status(folder.path("private.mcap")).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
 TEST(McapWriter, RefusesAnExistingFile) {
   const TemporaryFolder folder;
   const std::string path = folder.write("there.mcap", "precious");

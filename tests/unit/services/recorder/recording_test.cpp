@@ -10,6 +10,7 @@
 
 #include "services/recorder/bag.hpp"
 #include "services/recorder/message_schema.hpp"
+#include "services/recorder/recorder_service.hpp"
 #include "services/recorder/save_signal.hpp"
 #include "tests/support/full_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -372,6 +373,31 @@ TEST(Recording, RemovesItsOldestFilesAboveALimit) {
   EXPECT_FALSE(std::filesystem::exists(of_former_row));
   EXPECT_TRUE(std::filesystem::exists(foreign));
   EXPECT_EQ(files_in(folder).size(), recording.files().size() + 3);
+}
+
+TEST(RowOfService, IsSplitAsTheCellFileSays) {
+  config::Record record{.host = "", .folder = "f", .keep = 50s, .after_fault = 1s, .limit = 40'000'000};
+  const RecordingOptions by_default = row_of(record, "f/row.mcap");
+  EXPECT_EQ(by_default.path, "f/row.mcap");
+  EXPECT_EQ(by_default.keep, 50s);
+  EXPECT_EQ(by_default.most_bytes, 40'000'000U);
+  EXPECT_EQ(by_default.split_bytes, 4'000'000U) << "the open file is never removed: it must not fill the limit";
+  EXPECT_EQ(by_default.split_time, 0s) << "a tenth of `keep`";
+  record.split_size = 150'000;
+  record.split_time = 3s;
+  const RecordingOptions stated = row_of(record, "f/row.mcap");
+  EXPECT_EQ(stated.split_bytes, 150'000U);
+  EXPECT_EQ(stated.split_time, 3s);
+
+  // By time, and by size.
+  const TemporaryFolder folder;
+  Recording recording(row_of(record, folder.path("row.mcap")), {}, kBegan);
+  for (std::uint64_t i = 0; i < 9; ++i) {
+    recording.write(sample("ArmState", i * kSecond, i + 1, i < 6 ? 100 : 100'000));
+    recording.keep_up(kBegan + i * kSecond);
+  }
+  recording.close();
+  EXPECT_EQ(recording.files().size(), 4U) << "after 3 s, after 6 s, and after two large messages";
 }
 
 }  // namespace

@@ -529,6 +529,63 @@ TEST(RecordedFiles, ComeFromTheRecordingAlone) {
   EXPECT_NE(files.drawings.arms()[0].note.find("gone.stl"), std::string::npos);
 }
 
+TEST(RecordedFiles, HaveTheMeshesWithWhichArmsAreDrawn) {
+  const TemporaryFolder folder;
+  const std::string recording = folder.path("run.mcap");
+  const std::string stl =
+      "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\n"
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid s\n";
+  {
+    // A package in a folder that the cell file names, and one that was found by the environment of the recorder.
+    const TemporaryFolder cell;
+    for (const char* package : {"some/where/meshes", "share/other/meshes"}) {
+      std::filesystem::create_directories(cell.path(package));
+    }
+    cell.write("some/where/meshes/base.dae", "<image>wood.png</image>");
+    cell.write("some/where/meshes/wood.png", "wood");
+    cell.write("some/where/meshes/unused.png", "unused");
+    cell.write("share/other/meshes/tip.stl", stl);
+    cell.write("arm.urdf", R"(<robot name="r">
+      <link name="base"><visual><geometry><mesh filename="package://named/meshes/base.dae"/></geometry></visual></link>
+      <link name="tip"><visual><geometry><mesh filename="package://other/meshes/tip.stl"/></geometry></visual>
+        <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+      <joint name="j" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>)");
+    const std::string path = cell.write(
+        "cell.yaml",
+        "name: one\narms:\n  - {name: arm1, urdf: arm.urdf, packages: {named: some/where}, allow_bare_links: true}\n");
+    setenv("AMENT_PREFIX_PATH", cell.path().c_str(), 1);
+    const config::CellFile file = config::load_cell_file(path);
+    Tape tape({.path = recording}, file);
+    tape.write(arm_state("arm1", 1), 0s);
+    tape.close();
+    // All meshes of an arm, or none.
+    const auto names = [&](std::uintmax_t most) {
+      std::string all;
+      for (const recorder::AttachedFile& attached : recorder::attachments_of(file, most)) all += attached.name + "\n";
+      return all;
+    };
+    EXPECT_NE(names(stl.size() + 27).find("base.dae"), std::string::npos);
+    EXPECT_EQ(names(stl.size() + 26).find("meshes"), std::string::npos) << names(stl.size() + 26);
+    EXPECT_EQ(names(recorder::kMostMeshes).find("unused.png"), std::string::npos);
+    unsetenv("AMENT_PREFIX_PATH");
+  }
+  const RecordedFiles files = read_recorded_files({recording});
+  const view::ArmDrawing& drawing = files.drawings.arms()[0];
+  EXPECT_TRUE(drawing.has_visuals);
+  EXPECT_EQ(drawing.note, "");
+  const auto content = [&](const std::string& url) {
+    const auto file = files.drawings.mesh(url);
+    if (!file) return std::string("none");
+    std::ifstream stream(*file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  EXPECT_EQ(content("/meshes/0/base.dae"), "<image>wood.png</image>");
+  EXPECT_EQ(content("/meshes/0/wood.png"), "wood");
+  EXPECT_EQ(content("/meshes/1/tip.stl"), stl);
+  EXPECT_NE(drawing.urdf.find("/meshes/1/tip.stl"), std::string::npos);
+}
+
 TEST(RecordedFiles, AreRefusedWithASentence) {
   const TemporaryFolder folder;
   const std::string none = folder.path("none.mcap");
@@ -555,15 +612,15 @@ TEST(RecordedFiles, AreRefusedWithASentence) {
             run + " has no messages of a cell that can be read; name another recording");
 }
 
-TEST(OtherVersion, IsNamed) {
+TEST(OtherVersion, IsNamedIfTheFileDoesNotDescribeIt) {
   const TemporaryFolder folder;
   Tape tape({.path = folder.path("run.mcap")});
   msg::ArmState old = arm_state("north", 1);
   old.schema(msg::SCHEMA_VERSION - 1);
   tape.write(old, 0s);
   const std::string error = error_of([&] { static_cast<void>(index_recording(tape.close(), cell_file())); });
-  EXPECT_NE(error.find("its messages have version " + std::to_string(msg::SCHEMA_VERSION - 1) +
-                       ", and this program reads version " + std::to_string(msg::SCHEMA_VERSION)),
+  EXPECT_NE(error.find("hecaton/ArmState: its messages have version " + std::to_string(msg::SCHEMA_VERSION - 1) +
+                       ", and their structure in the file has version " + std::to_string(msg::SCHEMA_VERSION)),
             std::string::npos)
       << error;
 }

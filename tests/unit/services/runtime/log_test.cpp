@@ -2,9 +2,14 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include "services/runtime/log_limit.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -34,6 +39,37 @@ TEST(Log, WritesLinesOfTheLevelToTheFileAtTheEndOfTheScope) {
   EXPECT_EQ(line.find("time=20"), 0U) << line;
   EXPECT_NE(line.find("level=warning node=planner/north event=wanted n=1"), std::string::npos) << line;
   EXPECT_FALSE(std::getline(file, line)) << line;
+  std::filesystem::remove(path);
+}
+
+TEST(LogLimit, LeavesLinesOfAFrequentEventOutAndCountsThem) {
+  LogLimit limit;
+  LogLimit::Time now{};
+  int admitted = 0;
+  for (int i = 0; i < 10'000; ++i) admitted += limit.admit("order", now) ? 1 : 0;
+  EXPECT_EQ(admitted, 200);
+  EXPECT_EQ(limit.admit("fault", now), 0U) << "another event has lines of its own";
+  EXPECT_EQ(limit.admit("order", now + std::chrono::milliseconds(199)), std::nullopt);
+  EXPECT_EQ(limit.admit("order", now + std::chrono::milliseconds(201)), 9'801U);
+  EXPECT_EQ(limit.admit("order", now + std::chrono::hours(1)), 0U);
+}
+
+TEST(Log, SaysHowManyLinesAreLeftOut) {
+  const auto path = std::filesystem::temp_directory_path() / ("hecaton-log-limit-" + std::to_string(getpid()));
+  ServiceOptions options;
+  options.log_file = path.string();
+  {
+    const LogScope scope("world", options);
+    for (int i = 0; i < 400; ++i) log_info("a flood of edits");
+    std::this_thread::sleep_for(std::chrono::milliseconds(250));  // lines are given by the second, not by an event
+    log_info("a flood of edits");
+  }
+  std::ifstream file(path);
+  int lines = 0;
+  std::string last;
+  for (std::string line; std::getline(file, line); ++lines) last = line;
+  EXPECT_LT(lines, 300);
+  EXPECT_NE(last.find("omitted_before="), std::string::npos) << last;
   std::filesystem::remove(path);
 }
 

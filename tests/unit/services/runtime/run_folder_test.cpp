@@ -109,12 +109,25 @@ TEST_F(RunFolderTest, DiscardsCheckpointsOfOtherFiles) {
   EXPECT_FALSE(fs::exists(path / "checkpoint"));
 }
 
-TEST_F(RunFolderTest, DiscardsCheckpointsWithoutAnOrigin) {
-  fs::create_directory(parent_ / "hecaton-42-cell@pc1");
-  std::ofstream(parent_ / "hecaton-42-cell@pc1" / "checkpoint") << "of unknown origin";
+TEST_F(RunFolderTest, DiscardsCheckpointsWhoseRemovalWasInterrupted) {
+  const fs::path path = killed(kRun, "files");
+  std::ofstream(path / "origin", std::ios::trunc).flush();
   const RunFolder folder(kRun, "files");
   EXPECT_FALSE(folder.resumed());
-  EXPECT_FALSE(fs::exists(folder.path() / "checkpoint"));
+  EXPECT_FALSE(fs::exists(path / "checkpoint"));
+}
+
+TEST_F(RunFolderTest, WithFilesOfSomebodyElseIsRefusedAndStays) {
+  const fs::path foreign = parent_ / "hecaton-42-cell@pc1" / "results.csv";
+  fs::create_directory(foreign.parent_path());
+  std::ofstream(foreign) << "a week of work";
+  EXPECT_EQ(refusal(kRun), "the folder of the run, " + foreign.parent_path().string() +
+                               ", cannot be used: it holds files that no run has made; set TMPDIR "
+                               "to another folder");
+  remove_run(kRun);
+  make_old(foreign.parent_path(), 2 * RunFolder::kAbandoned);
+  { const RunFolder other({"other", 42, "pc1"}, "files"); }
+  EXPECT_TRUE(fs::exists(foreign));
 }
 
 TEST_F(RunFolderTest, DiscardsAllCheckpointsWhenClean) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -12,10 +13,12 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "tests/support/signal_process.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -122,6 +125,21 @@ TEST(MemoryLockDeathTest, LocksPresentAndLaterMemoryWhereAllowed) {
         std::exit(!read ? 1 : may_lock() && !(locked > 0 && follows) ? 2 : 0);
       },
       ::testing::ExitedWithCode(0), "");
+}
+
+TEST(PrivateFilesDeathTest, AreOnlyForTheUserOfTheService) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("file");
+  EXPECT_EXIT(
+      {
+        ::umask(0);
+        keep_files_private();
+        std::ofstream(path) << "of the run";
+        std::exit(0);
+      },
+      ::testing::ExitedWithCode(0), "");
+  EXPECT_EQ(std::filesystem::status(path).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 }  // namespace

@@ -257,6 +257,8 @@ TEST_F(Keystore, KeepsTheArmsOfAHostWhenItIsRenewed) {
   }
   EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1), {"*"}); }).find("the name of an arm has"),
             std::string::npos);
+  EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1)); }).find("north-pc may command north only"),
+            std::string::npos);
 }
 
 /// Takes the lines with `topic` from the permissions of an identity, as a program wrote them that did not know it.

@@ -106,7 +106,8 @@ TEST_F(CheckpointFileTest, RejectsADamagedFile) {
 }
 
 TEST_F(CheckpointFileTest, SetsADamagedFileAside) {
-  for (const auto* damaged : {"term 7\ncell st", "", "term 18446744073709551615\ncell run\n", "\x1B[2J"}) {
+  for (const auto* damaged : {"term 7\ncell st", "", "term 18446744073709551615\ncell run\n",
+                              "term 4611686018427387904\ncell run\n", "\x1B[2J"}) {
     std::ofstream(path_, std::ios::trunc) << damaged;
     CheckpointFile file(path_);
     ASSERT_TRUE(file.lost()) << damaged;

@@ -97,15 +97,28 @@ TEST(Leadership, StandsByAfterAnAbsenceWithAnotherLeader) {
 }
 
 TEST(Leadership, ListensAgainWhenNodesHaveFollowedAHigherTerm) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, {0, 2});
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.observe_term(1, 210ms);
+  own.observe_term(2, 210ms);
   EXPECT_EQ(own.role(), Role::kLeading) << "its own";
   own.observe_term(5, 220ms);
   EXPECT_EQ(own.role(), Role::kListening);
   EXPECT_FALSE(own.decide(419ms, 419ms));
   EXPECT_TRUE(own.decide(420ms, 420ms));
   EXPECT_EQ(own.term(), 6U);
+}
+
+// No other supervisor can lead, and an intruder may have claimed the term.
+TEST(Leadership, LeadsOnAtOnceUnderAHigherTermInACellWithOneSupervisor) {
+  constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
+  Leadership alone(kSearches, 0, 0ms);
+  EXPECT_TRUE(alone.decide(200ms, 200ms));
+  alone.observe_term(5, 220ms);
+  EXPECT_TRUE(alone.decide(219ms, 219ms)) << "the turn began before the heartbeat arrived";
+  EXPECT_EQ(alone.role(), Role::kLeading);
+  EXPECT_EQ(alone.term(), 6U);
+  alone.restart_listening(1s);
+  EXPECT_FALSE(alone.decide(1s + 199ms, 1s + 199ms)) << "it was away itself";
 }
 
 TEST(Leadership, DoesNotListenAgainForTheTermOfALease) {

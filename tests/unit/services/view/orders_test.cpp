@@ -91,9 +91,9 @@ TEST_F(OrdersTest, RefuseOnlyTheResumeOfAProgramWhileAPageControls) {
   std::string hold;
   EXPECT_TRUE(take(first_, token_).at("done"));
   orders_->give(
-      program, "resume", {}, [&](bool, const std::string& text) { resume = text; }, now_);
+      program, client::ModeOrder::kResume, {}, [&](bool, const std::string& text) { resume = text; }, now_);
   orders_->give(
-      program, "hold", {}, [&](bool, const std::string& text) { hold = text; }, now_);
+      program, client::ModeOrder::kHold, {}, [&](bool, const std::string& text) { hold = text; }, now_);
   orders_.reset();  // waits for the answers
   EXPECT_EQ(resume, refusal);
   EXPECT_NE(hold, refusal) << "a program may always make arms stand";

@@ -1,8 +1,10 @@
 #include "services/view/web_server.hpp"
 
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <semaphore>
 #include <string>
@@ -71,6 +73,55 @@ TEST_F(WebServerTest, RefusesNamesOfOtherSites) {
   EXPECT_EQ(status_of([port] { WebSocketClient(port, "", "evil.example"); }),
             "The WebSocket handshake was declined by the remote peer");
   EXPECT_EQ(status_of([port] { WebSocketClient(port, "http://localhost"); }), "accepted");
+}
+
+/// Connects and sends nothing.
+struct IdleConnection {
+  explicit IdleConnection(std::uint16_t port) : socket(context) { socket.connect(test::local(port)); }
+  /// Until the server has closed it.
+  void await_end() {
+    char byte = 0;
+    boost::system::error_code end;
+    EXPECT_EQ(socket.read_some(boost::asio::buffer(&byte, 1), end), 0U);
+  }
+  boost::asio::io_context context;
+  boost::asio::ip::tcp::socket socket;
+};
+
+// One program on the network opens connections and sends no token.
+TEST(WebServerUnadmitted, DoNotKeepPeopleFromThePage) {
+  WebServerOptions options;
+  options.admits = [](std::string_view token) { return token == "secret"; };
+  options.file = [](std::string_view) { return WebFile{"text/plain", std::make_shared<const std::string>("page")}; };
+  options.most_unadmitted_of_address = 3;
+  WebServer server(options);
+  const std::uint16_t port = server.port();
+  const auto began = std::chrono::steady_clock::now();
+  std::vector<std::unique_ptr<IdleConnection>> idle;
+  for (int i = 0; i < 3; ++i) idle.push_back(std::make_unique<IdleConnection>(port));
+  IdleConnection(port).await_end();  // there is no place for it
+  EXPECT_LT(std::chrono::steady_clock::now() - began, options.admission) << "it is closed at once";
+  for (const auto& one : idle) one->await_end();
+  EXPECT_EQ(request(port, "/?token=secret").result(), http::status::ok);
+
+  // Those that are admitted take no place, and others end with their answer.
+  std::vector<std::unique_ptr<IdleConnection>> admitted;
+  for (int i = 0; i < 10; ++i) {
+    auto& kept = *admitted.emplace_back(std::make_unique<IdleConnection>(port));
+    http::request<http::empty_body> own(http::verb::get, "/?token=secret", 11);
+    own.set(http::field::host, "localhost");
+    http::write(kept.socket, own);
+    http::response<http::string_body> page;
+    boost::beast::flat_buffer buffer;
+    http::read(kept.socket, buffer, page);
+    EXPECT_EQ(page.body(), "page");
+    EXPECT_TRUE(page.keep_alive());
+  }
+  for (int i = 0; i < 10; ++i) {
+    const auto refused = request(port, "/page");
+    EXPECT_EQ(refused.result(), http::status::unauthorized);
+    EXPECT_FALSE(refused.keep_alive());
+  }
 }
 
 TEST_F(WebServerTest, SaysWhyItCannotListen) {
