@@ -287,11 +287,13 @@ TEST_P(Ros2ControlVelocity, SendsZerosUntilTheArmStands) {
   device_->stop("a test");
   silent_ = true;
   ASSERT_TRUE(until([this] { return stands(); }));
-  EXPECT_EQ(robot_->state().at("command"), (std::vector<double>{0, 0, 0})) << robot_->state();
+  EXPECT_EQ(robot_->state().at("command").get<std::vector<double>>(), (std::vector<double>{0, 0, 0}))
+      << robot_->state();
   int before = -1;  // then another node may use the controller
   ASSERT_TRUE(until([&] {
     for (int i = 0; i < 50; ++i) period();
-    return std::exchange(before, robot_->state().at("commands").get<int>()) == before;
+    const int now = robot_->state().at("commands");
+    return std::exchange(before, now) == now;
   }));
 }
 
@@ -301,7 +303,8 @@ TEST_P(Ros2ControlVelocity, StopsTheArmBeforeItsProcessEnds) {
   session_.reset();  // as the driver does when it shuts down
   device_.reset();
   EXPECT_TRUE(until_stands()) << robot_->state();
-  EXPECT_EQ(robot_->state().at("command"), (std::vector<double>{0, 0, 0})) << robot_->state();
+  EXPECT_EQ(robot_->state().at("command").get<std::vector<double>>(), (std::vector<double>{0, 0, 0}))
+      << robot_->state();
 }
 
 TEST_P(Ros2ControlVelocity, HoldsTheArmAgainstADriftOfItsHardware) {
