@@ -56,7 +56,7 @@ void SceneWorker::add(SceneEdits scene) {
     }
   }
   refuse({"", "its " + std::to_string(parts) + " objects and shapes are dropped: " + std::to_string(waiting) +
-                  " wait already, and at most " + std::to_string(kMostWaiting) + " may; send them more slowly"});
+                  " wait already, and at most " + std::to_string(kMostWaiting) + " may; send fewer at a time"});
 }
 
 void SceneWorker::run(const std::stop_token& stop) {
