@@ -266,9 +266,6 @@ inline thread_local CheckedSample last_check;
 /// The serialised form of a sample whose type this process does not know: its CDR bytes, encapsulation included.
 using RawBytes = std::vector<std::uint8_t>;
 
-/// The largest sample that a reader of RawBytes accepts, with its encapsulation [bytes].
-inline constexpr std::uint32_t kLargestRaw = 1U << 20U;
-
 /// Type support of samples that are exchanged as RawBytes. `largest`: of a sample with its encapsulation [bytes].
 class RawSupport : public dds::TopicDataType {
  public:

@@ -286,11 +286,11 @@ dds::Subscriber* Participant::Impl::subscriber_of(const std::vector<std::string>
   return known;
 }
 
-dds::TypeSupport Participant::Impl::raw_type(const std::string& name) {
+dds::TypeSupport Participant::Impl::raw_type(const std::string& name, std::uint32_t largest) {
   const std::scoped_lock lock(mutex_);
   const auto known = raw_types_.find(name);
   if (known != raw_types_.end()) return known->second;
-  return raw_types_.emplace(name, dds::TypeSupport(new RawSupport(name, kLargestRaw))).first->second;
+  return raw_types_.emplace(name, dds::TypeSupport(new RawSupport(name, largest))).first->second;
 }
 
 void Participant::Impl::run_monitor() {

@@ -42,8 +42,9 @@ struct Participant::Impl : PeerListener {
   /// endpoints_mutex.
   [[nodiscard]] dds::Publisher* publisher_of(const std::string& key);
   [[nodiscard]] dds::Subscriber* subscriber_of(const std::vector<std::string>& keys);
-  /// The support of a type whose samples are exchanged as bytes. Fast DDS allows one support of each name.
-  dds::TypeSupport raw_type(const std::string& name);
+  /// The support of a type whose samples are exchanged as bytes, with the size of the largest. Fast DDS allows one
+  /// support of each name: the first call decides on the size.
+  dds::TypeSupport raw_type(const std::string& name, std::uint32_t largest);
   void on_peer(const PeerEvent& event) override;
   void on_endpoint(const rtps::GUID_t& endpoint) override;
   void on_authentication(const rtps::GUID_t& peer, bool authorized) override;

@@ -25,6 +25,7 @@ struct Wire {
   std::string type;
   std::string hash;
   bus::Qos qos;
+  std::uint32_t largest = kLargestSample;
 };
 
 Wire wire_of(const Topic& topic) {
@@ -43,7 +44,8 @@ bus::Qos service_qos() {
 }
 
 Wire request_of(const Service& service) {
-  return {request_name(service.name), type_name(service.type + "_Request"), service.hash, service_qos()};
+  return {request_name(service.name), type_name(service.type + "_Request"), service.hash, service_qos(),
+          service.largest_request};
 }
 
 Wire reply_of(const Service& service) {
@@ -52,7 +54,7 @@ Wire reply_of(const Service& service) {
 
 dds::Topic* dds_topic(Participant::Impl& participant, const Wire& wire) {
   const TopicInfo info{wire.type, wire.name, {}, {}, wire.qos};
-  return participant.topic(info, participant.raw_type(wire.type));
+  return participant.topic(info, participant.raw_type(wire.type, wire.largest));
 }
 
 template <class EntityQos>
@@ -207,6 +209,7 @@ class RawReader : public dds::DataReaderListener {
     const std::scoped_lock lock(mutex_);
     std::vector<RawSample> samples(std::make_move_iterator(queue_.begin()), std::make_move_iterator(queue_.end()));
     queue_.clear();
+    queued_bytes_ = 0;
     return samples;
   }
   [[nodiscard]] int matched() const { return matched_; }
@@ -225,8 +228,12 @@ class RawReader : public dds::DataReaderListener {
       sample.request.number = number_of(info.sample_identity);
       sample.related = {endpoint_id(related), number_of(info.related_sample_identity)};
       const std::scoped_lock lock(mutex_);
-      if (queue_.size() >= Reader::kQueue) queue_.pop_front();
+      queued_bytes_ += bytes.size();
       queue_.push_back(std::move(sample));
+      while (queue_.size() > Reader::kQueue || queued_bytes_ > Reader::kQueueBytes) {
+        queued_bytes_ -= queue_.front().sample.bytes.size();
+        queue_.pop_front();
+      }
     }
     mailbox_.notify();
   }
@@ -240,6 +247,7 @@ class RawReader : public dds::DataReaderListener {
   std::atomic<int> matched_ = 0;
   std::mutex mutex_;
   std::deque<RawSample> queue_;
+  std::size_t queued_bytes_ = 0;  ///< in queue_
   dds::DataReader* reader_ = nullptr;
 };
 

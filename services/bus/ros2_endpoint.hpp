@@ -3,7 +3,8 @@
 /// middleware rmw_fastrtps. services/ros2 has the types.
 ///
 /// Two policies are stricter than those of ROS 2 nodes. Reliable writers offer transient-local durability, because of a
-/// deadlock in Fast DDS (qos.cpp). Readers drop samples above 1 MiB before memory is allocated for them.
+/// deadlock in Fast DDS (qos.cpp). Readers drop samples above a size, at most 1 MiB, before memory is allocated for
+/// them.
 
 #include <cstdint>
 #include <memory>
@@ -32,10 +33,14 @@ struct Topic {
   bool plain = false;            ///< `name` is the DDS topic itself, without the prefix "rt"
 };
 
+/// The largest sample that a reader accepts, with its encapsulation [bytes].
+inline constexpr std::uint32_t kLargestSample = 1U << 20U;
+
 struct Service {
-  std::string name;  ///< "/hold"
-  std::string type;  ///< "std_srvs/srv/Trigger"
-  std::string hash;  ///< of the service's type; empty: not announced
+  std::string name;                                ///< "/hold"
+  std::string type;                                ///< "std_srvs/srv/Trigger"
+  std::string hash;                                ///< of the service's type; empty: not announced
+  std::uint32_t largest_request = kLargestSample;  ///< that a server accepts [bytes]
 };
 
 /// Thread-safe. The participant must outlive the constructor only.
@@ -66,8 +71,9 @@ struct Sample {
 /// take() is for one thread; the rest is thread-safe.
 class Reader {
  public:
-  /// At most this many samples wait for take(); the oldest in excess are dropped.
+  /// At most this many samples, with this many bytes in all, wait for take(); the oldest in excess are dropped.
   static constexpr std::size_t kQueue = 64;
+  static constexpr std::size_t kQueueBytes = 8U << 20U;
 
   /// `mailbox` is notified of samples and must outlive the reader. Throws std::runtime_error as Writer.
   Reader(Participant& participant, const Topic& topic, Mailbox& mailbox);

@@ -194,7 +194,7 @@ void Control::update(const CellView& view, bus::Clock::time_point now) {
 }
 
 void Control::take_goals(ArmControl& control) {
-  for (const PoseStamped& message : control.poses.take()) {
+  control.poses.take_each([&](const PoseStamped& message) {
     const std::string& frame = message.header.frame_id;
     const auto pose = pose_of(message);
     if (frame != kWorldFrame) {
@@ -205,19 +205,19 @@ void Control::take_goals(ArmControl& control) {
     } else {
       send(control.arm, [&] { return control.client.go_to(*pose); });
     }
-  }
-  for (const JointState& message : control.positions.take()) {
+  });
+  control.positions.take_each([&](const JointState& message) {
     const auto joints = joint_numbers(message.name, control.arm);
     const bool finite = std::all_of(message.position.begin(), message.position.end(),
                                     [](double value) { return std::isfinite(value); });
     if (!joints || message.position.size() != message.name.size() || !finite) {
       ignore(control.arm, "goal_joints", "it must have each joint of the arm once, with a finite position");
-      continue;
+      return;
     }
     std::vector<double> q(joints->size());
     for (std::size_t i = 0; i < q.size(); ++i) q[static_cast<std::size_t>((*joints)[i])] = message.position[i];
     send(control.arm, [&] { return control.client.go_to(q); });
-  }
+  });
 }
 
 std::vector<OrderedPath> Control::paths() const {

@@ -1,10 +1,9 @@
 #pragma once
 /// Typed endpoints of ROS 2: serialised messages of services/bus with the types of ros2_types.hpp.
 
-#include <optional>
+#include <cstdint>
+#include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "services/bus/ros2_endpoint.hpp"
 #include "services/ros2/unreadable_log.hpp"
@@ -38,6 +37,9 @@ enum class Delivery {
   service.name = name;
   service.type = type.name;
   service.hash = type.hash;
+  // More than any such request has, so that the log can tell of one with another layout.
+  constexpr std::uint32_t kShort = 4096;
+  if (type.short_request) service.largest_request = kShort;
   return service;
 }
 
@@ -69,17 +71,16 @@ class Subscription {
   Subscription(bus::Participant& participant, const std::string& name, const TypeInfo& type, bus::Mailbox& mailbox)
       : reader_(participant, topic_of(name, type, Delivery::kStream), mailbox), unreadable_(name, type.name) {}
 
-  /// The well-formed messages since the last call, oldest first. The log tells of others.
-  [[nodiscard]] std::vector<Message> take() {
-    std::vector<Message> messages;
+  /// Calls `use` with each well-formed message since the last call, oldest first. The log tells of others. A message
+  /// takes several times the memory of its bytes: no two are decoded at the same time.
+  void take_each(const std::function<void(const Message&)>& use) {
     for (const bus::ros2::Sample& sample : reader_.take()) {
-      if (auto message = decoded<Message>(sample.bytes)) {
-        messages.push_back(std::move(*message));
+      if (const auto message = decoded<Message>(sample.bytes)) {
+        use(*message);
       } else {
         unreadable_.note(sample.received);
       }
     }
-    return messages;
   }
   [[nodiscard]] bus::EndpointId id() const { return reader_.id(); }
 

@@ -25,6 +25,13 @@ SceneFrames frames_of(const CellView& view, bus::Clock::time_point now, std::opt
   return frames;
 }
 
+/// What the memory of a scene grows with. A scene without objects counts, too.
+std::size_t parts_of(const SceneEdits& scene) {
+  std::size_t parts = 1 + scene.refusals.size();
+  for (const SceneEdit& edit : scene.edits) parts += 1 + edit.obstacle.shapes.size();
+  return parts;
+}
+
 }  // namespace
 
 SceneWorker::SceneWorker(std::shared_ptr<client::Connection> connection)
@@ -36,15 +43,20 @@ SceneReport SceneWorker::report() const {
 }
 
 void SceneWorker::add(SceneEdits scene) {
-  const std::scoped_lock lock(mutex_);
-  if (waiting_ + scene.edits.size() > kMostWaiting) {
-    scene.refusals.push_back({"", std::to_string(scene.edits.size()) + " edits are dropped: " +
-                                      std::to_string(waiting_) + " wait already; send them more slowly"});
-    scene.edits.clear();
+  const std::size_t parts = parts_of(scene);
+  std::size_t waiting = 0;
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting = waiting_;
+    if (waiting + parts <= kMostWaiting) {
+      waiting_ += parts;
+      scenes_.push_back(std::move(scene));
+      arrived_.notify_one();
+      return;
+    }
   }
-  waiting_ += scene.edits.size();
-  scenes_.push_back(std::move(scene));
-  arrived_.notify_one();
+  refuse({"", "its " + std::to_string(parts) + " objects and shapes are dropped: " + std::to_string(waiting) +
+                  " wait already, and at most " + std::to_string(kMostWaiting) + " may; send fewer at a time"});
 }
 
 void SceneWorker::run(const std::stop_token& stop) {
@@ -66,7 +78,7 @@ void SceneWorker::run(const std::stop_token& stop) {
       }
     }
     lock.lock();
-    waiting_ -= scene.edits.size();
+    waiting_ -= parts_of(scene);
   }
 }
 
@@ -195,11 +207,11 @@ SceneTopics::SceneTopics(bus::Participant& participant, const config::CellFile& 
 }
 
 void SceneTopics::update(const CellView& view, bus::Clock::time_point now) {
-  for (const PlanningScene& scene : cell_.take()) worker_.add(edits_of(scene, frames_of(view, now, std::nullopt)));
+  cell_.take_each(
+      [&](const PlanningScene& scene) { worker_.add(edits_of(scene, frames_of(view, now, std::nullopt))); });
   for (ArmTopic& topic : arms_) {
-    for (const PlanningScene& scene : topic.scenes.take()) {
-      worker_.add(edits_of(scene, frames_of(view, now, topic.arm)));
-    }
+    topic.scenes.take_each(
+        [&](const PlanningScene& scene) { worker_.add(edits_of(scene, frames_of(view, now, topic.arm))); });
   }
 }
 

@@ -26,12 +26,12 @@ class SceneWorker {
  public:
   explicit SceneWorker(std::shared_ptr<client::Connection> connection);
 
-  /// Takes the edits of one scene. A scene in excess of kMostWaiting edits is refused.
+  /// Takes the edits of one scene. A scene in excess of kMostWaiting objects and shapes is refused.
   void add(SceneEdits scene);
   /// Thread-safe.
   [[nodiscard]] SceneReport report() const;
 
-  static constexpr std::size_t kMostWaiting = 4096;
+  static constexpr std::size_t kMostWaiting = 8192;
 
  private:
   void run(const std::stop_token& stop);
@@ -50,7 +50,7 @@ class SceneWorker {
   mutable std::mutex mutex_;
   std::condition_variable_any arrived_;
   std::deque<SceneEdits> scenes_;
-  std::size_t waiting_ = 0;  ///< edits in scenes_
+  std::size_t waiting_ = 0;  ///< objects and shapes in scenes_
   SceneReport report_;
   std::jthread thread_;
 };

@@ -13,6 +13,7 @@ namespace hecaton::ros2 {
 struct TypeInfo {
   std::string_view name;
   std::string_view hash;
+  bool short_request = false;  ///< of a service: no field of the request has a variable length
 };
 
 // tests/ros2_type_hashes.py --write computes the hashes.
@@ -44,19 +45,20 @@ inline constexpr TypeInfo kDiagnosticStatus{"diagnostic_msgs/msg/DiagnosticStatu
 inline constexpr TypeInfo kPlanningScene{"moveit_msgs/msg/PlanningScene",
                                          "0f58540ad5eab4b9ea827d53b763c793d8cabd202b3b301fcee25afa4ce1bd80"};
 inline constexpr TypeInfo kTrigger{"std_srvs/srv/Trigger",
-                                   "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"};
+                                   "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f", true};
 inline constexpr TypeInfo kGoalStatuses{"action_msgs/msg/GoalStatusArray",
                                         "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e"};
 inline constexpr TypeInfo kCancelGoal{"action_msgs/srv/CancelGoal",
-                                      "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a"};
+                                      "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a", true};
 inline constexpr TypeInfo kSendTrajectory{"control_msgs/action/FollowJointTrajectory_SendGoal",
                                           "b13789dddc325a7a962825c45e28c77d37237ec129dd0c34dc5994562938c57f"};
 inline constexpr TypeInfo kTrajectoryResult{"control_msgs/action/FollowJointTrajectory_GetResult",
-                                            "e3ceb38e3e1867c8dc0f46014df26e90eb93422f27e9e97f936e07f94be4bc8b"};
+                                            "e3ceb38e3e1867c8dc0f46014df26e90eb93422f27e9e97f936e07f94be4bc8b", true};
 inline constexpr TypeInfo kSendGripperCommand{"control_msgs/action/GripperCommand_SendGoal",
-                                              "6bf8cc4ce80cd499e7dd3258c03c50c3fa6672b469ff8355339ef1df77fcd212"};
+                                              "6bf8cc4ce80cd499e7dd3258c03c50c3fa6672b469ff8355339ef1df77fcd212", true};
 inline constexpr TypeInfo kGripperCommandResult{"control_msgs/action/GripperCommand_GetResult",
-                                                "7e60a7606063d4a2728d21badac099e68b734a196ac3ab42d1d4c668eb0bb3cd"};
+                                                "7e60a7606063d4a2728d21badac099e68b734a196ac3ab42d1d4c668eb0bb3cd",
+                                                true};
 inline constexpr TypeInfo kTrajectoryFeedback{"control_msgs/action/FollowJointTrajectory_FeedbackMessage",
                                               "80398fcb9674a79081a9906e2ccf0c804dd7cb15e22e362e606ee87186beab71"};
 }  // namespace type

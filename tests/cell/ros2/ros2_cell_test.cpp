@@ -4,10 +4,7 @@
 
 #include <cmath>
 #include <map>
-#include <random>
 #include <set>
-
-#include <unistd.h>
 
 #include "services/ros2/action_checkpoint.hpp"
 
@@ -483,65 +480,6 @@ TEST_F(Ros2Cell, EndsATrajectoryThatNoPlannerKnowsAfterItsOwnRestart) {
   EXPECT_EQ(result->status(), kAborted);
   EXPECT_EQ(result->result().error_code(), -1);
   EXPECT_NE(result->result().error_string().find("no planner knows the goal"), std::string::npos);
-}
-
-/// Bytes as they are.
-struct RawPeerType : bus::RawSupport {
-  using type = bus::RawBytes;
-  RawPeerType() : RawSupport(name, 1 << 22) {}
-  inline static thread_local std::string name;
-};
-
-std::size_t resident_pages(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
-  std::size_t size = 0;
-  std::size_t resident = 0;
-  file >> size >> resident;
-  return resident;
-}
-
-TEST_F(Ros2Cell, IgnoresMalformedSamples) {
-  const pid_t pid = ros2_->pid();
-  ActionClient client(*peer_, "north");
-  ASSERT_TRUE(client.wait_available());
-  const std::string action = "control_msgs::action::dds_::FollowJointTrajectory_";
-  const std::vector<std::pair<std::string, std::string>> topics{
-      {"rq/cell/north/follow_joint_trajectory/_action/send_goalRequest", action + "SendGoal_Request_"},
-      {"rq/cell/north/follow_joint_trajectory/_action/get_resultRequest", action + "GetResult_Request_"},
-      {"rq/cell/north/follow_joint_trajectory/_action/cancel_goalRequest",
-       "action_msgs::srv::dds_::CancelGoal_Request_"},
-      {"rq/cell/hecaton/holdRequest", "std_srvs::srv::dds_::Trigger_Request_"},
-      {"rt/cell/north/goal_joints", "sensor_msgs::msg::dds_::JointState_"},
-      {"rt/cell/north/goal_pose", "geometry_msgs::msg::dds_::PoseStamped_"},
-      {"rt/cell/planning_scene", "moveit_msgs::msg::dds_::PlanningScene_"},
-      {"rt/cell/north/planning_scene", "moveit_msgs::msg::dds_::PlanningScene_"},
-      {"ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"}};
-  const std::size_t before = resident_pages(pid);
-  RosPeer hostile(ros_domain_->number(), 101);
-  std::mt19937 random(7);
-  for (const auto& [topic, type] : topics) {
-    RawPeerType::name = type;
-    PeerWriter<RawPeerType> writer(hostile, topic, {true, true, 10});
-    ASSERT_TRUE(writer.wait_matched()) << topic;
-    for (int i = 0; i < 300; ++i) {
-      bus::RawBytes bytes(random() % (i % 30 == 0 ? 3'000'000 : 400));
-      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random() % 5 == 0 ? 255 : random());
-      const std::array<std::uint8_t, 4> header{0, 1, 0, 0};
-      if (bytes.size() >= 4) std::copy(header.begin(), header.end(), bytes.begin());
-      writer.write(bytes);
-    }
-  }
-  const Cell cell = connect();
-  // A request for a hold has no content, so that random bytes of the right length are one.
-  (void)cell.resume(kLong);
-  const auto start = home(cell, "north");
-  const auto id = client.send(client.ramp(start, kStep, 1.0));
-  ASSERT_TRUE(id) << "the service still answers";
-  const auto result = client.await_result(*id);
-  ASSERT_TRUE(result);
-  EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
-  const std::size_t pages = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  EXPECT_LT(resident_pages(pid) * pages, before * pages + (64U << 20U)) << "bytes";
 }
 
 }  // namespace

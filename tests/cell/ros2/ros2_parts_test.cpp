@@ -160,22 +160,31 @@ TEST(Ros2Encoding, AgreesWithTheGeneratedSerialisationOfPlanningScenes) {
   EXPECT_EQ(ros2::encoded(*back), bytes);
 }
 
+/// The 16 bytes that other vendors put between encapsulation and body; `fill`: their value.
+Bytes with_foreign_header(Bytes bytes, std::uint8_t fill) {
+  bytes.insert(bytes.begin() + 4, 16, fill);
+  return bytes;
+}
+
+template <class Request>
+void expect_foreign_requests_refused(const Request& request) {
+  const Bytes bytes = ros2::encoded(request);
+  EXPECT_TRUE(ros2::decoded<Request>(bytes));
+  for (const int fill : {0, 1, 7, 255}) {
+    EXPECT_FALSE(ros2::decoded<Request>(with_foreign_header(bytes, static_cast<std::uint8_t>(fill)))) << fill;
+  }
+}
+
 TEST(Ros2Encoding, RefusesOtherSizesBeforeTakingMemory) {
-  const Bytes trigger = ros2::encoded(ros2::TriggerRequest{});
-  EXPECT_TRUE(ros2::decoded<ros2::TriggerRequest>(trigger));
-  // The 16 bytes of other vendors between encapsulation and body.
-  Bytes foreign = trigger;
-  foreign.insert(foreign.begin() + 4, 16, 0);
-  EXPECT_FALSE(ros2::decoded<ros2::TriggerRequest>(foreign));
-
   ros2::SendGoalRequest request;
+  expect_foreign_requests_refused(request);
   request.goal.trajectory.joint_names = {"joint1"};
-  Bytes goal = ros2::encoded(request);
-  EXPECT_TRUE(ros2::decoded<ros2::SendGoalRequest>(goal));
-  Bytes shifted = goal;
-  shifted.insert(shifted.begin() + 4, 16, 7);
-  EXPECT_FALSE(ros2::decoded<ros2::SendGoalRequest>(shifted));
+  expect_foreign_requests_refused(request);
+  expect_foreign_requests_refused(ros2::TriggerRequest{});
+  expect_foreign_requests_refused(ros2::CancelGoalRequest{});
+  expect_foreign_requests_refused(ros2::GetResultRequest{});
 
+  const Bytes trigger = ros2::encoded(ros2::TriggerRequest{});
   std::mt19937 random(1);
   for (int i = 0; i < 20'000; ++i) {
     Bytes noise(random() % 300);
@@ -184,6 +193,34 @@ TEST(Ros2Encoding, RefusesOtherSizesBeforeTakingMemory) {
     const auto message = ros2::decoded<ros2::SendGoalRequest>(noise);
     EXPECT_LE(message ? message->goal.trajectory.points.size() : 0U, noise.size());
   }
+}
+
+TEST(Ros2Reader, DropsTheOldestSamplesInExcessOfItsBytes) {
+  constexpr std::size_t kSize = 1'000'000;
+  constexpr std::uint8_t kSent = 20;
+  const FreeDomain domain;
+  bus::Mailbox mailbox;
+  bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
+  bus::ros2::Topic topic;
+  topic.name = "/big";
+  topic.type = "std_msgs/msg/String";
+  bus::ros2::Reader reader(participant, topic, mailbox);
+  RosPeer peer(domain.number());
+  RawPeerType::name = "std_msgs::msg::dds_::String_";
+  PeerWriter<RawPeerType> writer(peer, "rt/big", {true, false, kSent});
+  ASSERT_TRUE(writer.wait_matched());
+  for (std::uint8_t i = 1; i <= kSent; ++i) {
+    writer.write(bus::RawBytes(kSize, i));
+    ASSERT_TRUE(writer.wait_acknowledged());
+  }
+  const auto samples = reader.take();
+  ASSERT_EQ(samples.size(), bus::ros2::Reader::kQueueBytes / kSize);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_EQ(samples[samples.size() - 1 - i].bytes.at(0), kSent - i) << "the newest stay";
+  }
+  writer.write(bus::RawBytes(100, 7));
+  ASSERT_TRUE(writer.wait_acknowledged());
+  EXPECT_EQ(reader.take().size(), 1U);
 }
 
 TEST(Ros2Description, GivesTheKinematicsOfTheModel) {

@@ -89,6 +89,13 @@ void set_policies(Qos& qos, const PeerPolicies& policies) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 
+/// The type of endpoints that exchange bytes as they are. `name`: of the type on the wire, for endpoints made later.
+struct RawPeerType : bus::RawSupport {
+  using type = bus::RawBytes;
+  RawPeerType() : RawSupport(name, 1 << 22) {}
+  inline static thread_local std::string name;
+};
+
 /// Keeps the samples of a topic. `PubSub`: generated serialisation of the type, or RawPeerType.
 template <class PubSub>
 class PeerReader : public dds::DataReaderListener {
@@ -190,6 +197,11 @@ class PeerWriter : public dds::DataWriterListener {
     return changed_.wait_for(lock, limit, [&] { return matched_ > 0; });
   }
   void write(T value) { writer_->write(&value); }
+  /// All readers have received what was written.
+  bool wait_acknowledged(std::chrono::seconds limit = kLong) {
+    return bus::outcome(writer_->wait_for_acknowledgments({static_cast<std::int32_t>(limit.count()), 0})) ==
+           bus::Outcome::kOk;
+  }
   [[nodiscard]] bool matched() {
     const std::scoped_lock lock(mutex_);
     return matched_ > 0;

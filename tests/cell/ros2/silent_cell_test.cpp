@@ -7,6 +7,7 @@
 #include "planner/model/kinematics.hpp"
 #include "services/client/connection.hpp"
 #include "services/ros2/control.hpp"
+#include "services/ros2/scene_editor.hpp"
 #include "tests/cell/ros2/ros2_cell.hpp"
 
 namespace hecaton::test {
@@ -111,6 +112,28 @@ TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {
   EXPECT_EQ(answer->return_code(), 0);
   ASSERT_EQ(answer->goals_canceling().size(), 1U);
   EXPECT_EQ(answer->goals_canceling()[0].goal_id().uuid(), *id);
+}
+
+TEST_F(SilentCell, KeepsABoundedNumberOfObjectsAndShapesThatWait) {
+  ros2::SceneWorker worker(connection_);
+  const auto scene_of = [](std::size_t shapes) {
+    ros2::SceneEdits scene;
+    ros2::SceneEdit& edit = scene.edits.emplace_back();
+    edit.obstacle.name = "crate";
+    edit.obstacle.shapes.resize(shapes, {world::Sphere{0.1}, world::Pose::Identity()});
+    return scene;
+  };
+  worker.add(scene_of(ros2::SceneWorker::kMostWaiting));
+  auto report = worker.report();
+  EXPECT_EQ(report.refused, 1U);
+  ASSERT_TRUE(report.refusal);
+  EXPECT_NE(report.refusal->find("8194 objects and shapes are dropped: 0 wait already, and at most 8192 may"),
+            std::string::npos)
+      << *report.refusal;
+  ros2::SceneEdits refusals;
+  refusals.refusals.resize(ros2::SceneWorker::kMostWaiting, {"crate", "its shape is a cone"});
+  worker.add(refusals);
+  EXPECT_EQ(worker.report().refused, 2U) << "those of refused objects take memory, too";
 }
 
 TEST_F(SilentCell, StopsWithoutWaitingForOtherOrders) {
