@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,7 @@ class SecondVendor : public testing::Test {
     ros_domain_ = std::make_unique<FreeDomain>();
     const std::string cell =
         folder.write("cell.yaml", text + "\nros2: {domain: " + std::to_string(ros_domain_->number()) +
-                                      ", namespace: /cell, period: 10ms}\n");
+                                      ", namespace: /cell, period: 10ms, distribution: jazzy}\n");
     up_ = std::make_unique<Process>(std::vector<std::string>{kBin + "hecaton", "up", cell, "--headless", "--domain",
                                                              std::to_string(domain_->number()), "--start-timeout",
                                                              "100s"});
@@ -82,6 +83,19 @@ class SecondVendor : public testing::Test {
     ASSERT_EQ(other.wait(), 0) << other.err();
     judged = Json::parse(other.out());
     judged["told"] = peer.err();
+  }
+
+  /// The only node that the service has announced, as Cyclone DDS has decoded it in the last watch().
+  static Json announced_node() {
+    std::ifstream samples(folder_->path("samples.jsonl"));
+    for (std::string line; std::getline(samples, line);) {
+      const Json sample = Json::parse(line);
+      if (sample.at("topic") != "ros_discovery_info") continue;
+      const Json& nodes = sample.at("value").at("node_entities_info_seq");
+      EXPECT_EQ(nodes.size(), 1U);
+      return nodes.at(0);
+    }
+    throw std::runtime_error("no announcement of nodes was read");
   }
 
   inline static std::unique_ptr<TemporaryFolder> folder_;
@@ -134,16 +148,21 @@ TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
          "rt/diagnostics,diagnostic_msgs::msg::DiagnosticArray,reliable,5",
          "rt/cell/north/status,diagnostic_msgs::msg::DiagnosticStatus,reliable,10",
          "rt/clock,rosgraph_msgs::msg::Clock,best_effort,500",
+         "ros_discovery_info,rmw_dds_common::msg::ParticipantEntitiesInfo,latched,1",
          "rt/cell/hecaton/obstacles,visualization_msgs::msg::MarkerArray,reliable,50",
          "rt/cell/hecaton/goals,visualization_msgs::msg::MarkerArray,reliable,50",
          "rt/cell/hecaton/plans,visualization_msgs::msg::MarkerArray,reliable,50",
          "rt/cell/hecaton/binding_pairs,visualization_msgs::msg::MarkerArray,reliable,50"},
         judged);
   if (judged.is_null()) return;
-  EXPECT_EQ(judged.at("messages").size(), 13U);
+  EXPECT_EQ(judged.at("messages").size(), 14U);
   EXPECT_GE(judged.at("messages").at("rt/cell/joint_states"), std::stoi(count));
   std::cout << judged.at("messages").dump() << '\n';
   EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
+  const Json node = announced_node();
+  EXPECT_EQ(node.at("node_name"), "hecaton");
+  EXPECT_EQ(node.at("node_namespace"), "/cell");
+  EXPECT_GE(node.at("writer_gid_seq").size(), 13U) << "of each topic above";
   // The hashes that ROS 2 itself has, since Iron.
   const std::string told = judged.at("told");
   for (const std::string hash :

@@ -22,21 +22,6 @@ int number_of_trajectories() {
   return wanted == nullptr ? 36 : std::atoi(wanted);
 }
 
-/// Kills the planner of an arm of the cell in a domain. False: there is none.
-bool kill_planner(const std::string& arm, int domain) {
-  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    std::ifstream file(entry.path() / "cmdline");
-    const std::string line{std::istreambuf_iterator<char>(file), {}};
-    const auto has = [&](const std::string& words) { return line.find(words) != std::string::npos; };
-    const std::string end(1, '\0');
-    if (has("hecaton-planner") && has("--arm" + end + arm + end) &&
-        has("--domain" + end + std::to_string(domain) + end)) {
-      return kill(std::stoi(entry.path().filename().string()), SIGKILL) == 0;
-    }
-  }
-  return false;
-}
-
 /// Sends an arm one trajectory after the other and judges how each ends.
 class Customer {
  public:
@@ -272,7 +257,7 @@ TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
     return goal && goal->trajectory_time && *goal->trajectory_time > Seconds(0.5) && !is_final(goal->state);
   };
   EXPECT_TRUE(cell.wait_until(moves, kLong));
-  EXPECT_TRUE(kill_planner("west", cell_domain_->number()));
+  ASSERT_EQ(kill(planner_of("west"), SIGKILL), 0);
   for (std::thread& thread : threads) thread.join();
   std::map<std::string, int> all;
   int ended = 0;

@@ -209,6 +209,20 @@ class Ros2Cell : public testing::Test {
         std::string(HECATON_BIN_DIR) + "/hecaton-ros2", cell_file_, "--domain", std::to_string(cell_domain_->number()),
         "--checkpoint", folder_->path("ros2"), "--log-file", folder_->path("ros2.log")});
   }
+  /// The process of the planner of an arm.
+  static pid_t planner_of(const std::string& arm) {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream file(entry.path() / "cmdline");
+      const std::string line{std::istreambuf_iterator<char>(file), {}};
+      const auto has = [&](const std::string& words) { return line.find(words) != std::string::npos; };
+      const std::string end(1, '\0');
+      if (has("hecaton-planner") && has("--arm" + end + arm + end) &&
+          has("--domain" + end + std::to_string(cell_domain_->number()) + end)) {
+        return std::stoi(entry.path().filename().string());
+      }
+    }
+    throw std::runtime_error("no planner of " + arm + " runs");
+  }
   [[nodiscard]] static Cell connect() {
     ConnectOptions options;
     options.domain = cell_domain_->number();
