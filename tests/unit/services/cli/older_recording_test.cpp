@@ -341,15 +341,18 @@ TEST_F(OlderRecording, LeavesOutATopicThatCannotBeConverted) {
 }
 
 TEST_F(OlderRecording, IsRefusedIfNoMessageCanBeConverted) {
-  const std::string path = older({kOlderVersion, {"", "@final", "@damaged"}}, false);
+  const std::string path = older({kOlderVersion, {"", "module hecaton {", "modul hecaton {"}}, false);
   const Ran explained = run_line({"explain", path, "--arm", "north", "--at", "0.5"});
   EXPECT_EQ(explained.code, ExitCode::kBadInput);
   EXPECT_NE(explained.err.find(": its messages have version " + std::to_string(kOlder) +
                                ", and their structure in the file cannot be read: line "),
             std::string::npos)
       << explained.err;
-  EXPECT_NE(explained.err.find(": the annotation 'damaged' is not known; use the Hecaton that recorded it"),
-            std::string::npos)
+  EXPECT_NE(
+      explained.err.find(
+          ": a structure, enumeration, constant or typedef is expected, and 'modul' stands there; use the Hecaton that "
+          "recorded it"),
+      std::string::npos)
       << explained.err;
   EXPECT_EQ(run_line({"bag", "info", path}).code, ExitCode::kDone);
   const Verified ticks = verified(path);
