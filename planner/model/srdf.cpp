@@ -259,9 +259,8 @@ class SrdfGroups {
   }
 
   [[nodiscard]] bool begins_at(const Group& group, const std::string& base_link) const {
-    const int first = *group.links.begin();
-    const int parent = tree_[first].link.parent;
-    return tree_[first].link.name == base_link || (parent >= 0 && tree_[parent].link.name == base_link);
+    const int parent = tree_[*group.links.begin()].link.parent;
+    return parent >= 0 && tree_[parent].link.name == base_link;
   }
 
   const std::vector<TreeLink>& tree_;

@@ -413,7 +413,7 @@ TEST_F(Xacro, KillsAProgramThatDoesNotEnd) {
 }
 
 TEST_F(Xacro, GetsNoPathThatLooksLikeAnOption) {
-  install("case \"$1\" in -*) exit 3;; esac\nsed \"s/<xacro:arm.>/" + kArm + "/\" \"$1\"\n");
+  install("case \"$1\" in -*) exit 3;; esac\nsed 's/<xacro:arm.>/" + kArm + "/' \"$1\"\n");
   folder_.write("-r.urdf.xacro", source_);
   UrdfOptions options;
   options.allow_bare_links = true;
