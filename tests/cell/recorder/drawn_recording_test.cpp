@@ -18,7 +18,7 @@
 
 #include "services/bus/recorded_sample.hpp"
 #include "services/recorder/recorder.hpp"
-#include "tests/support/child_process.hpp"
+#include "tests/cell/cli/process.hpp"
 #include "tests/support/needed_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <idl/common.h>
+
 #include "services/bus/recorded_sample.hpp"
 #include "services/recorder/cdr_columns.hpp"
 #include "services/recorder/current_messages.hpp"
