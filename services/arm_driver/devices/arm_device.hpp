@@ -191,8 +191,8 @@ struct DeviceSetup {
   double outside_speed = 0.0;                   ///< of these joints, when a gripper moves them [rad/s | m/s]
   std::vector<std::string> outside_names = {};  ///< of the same joints, in the robot description
   std::vector<bool> fingers = {};               ///< which of them belong to the gripper
-  DriveForces forces = {};
-  std::vector<std::string> robot_names = {};  ///< that the robot description and its xacro arguments give the robot
+  DriveForces forces = {};                      ///< of a simulated arm
+  std::vector<std::string> robot_names = {};    ///< that the robot description and its xacro arguments give the robot
 };
 
 /// A port of this machine on which a device listens.
