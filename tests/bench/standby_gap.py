@@ -61,7 +61,7 @@ class Cell:
             for host in ("alpha", "beta")]
 
     def status(self):
-        answer = subprocess.run([self.programs / "hecaton", "--domain", self.domain, "-o", "json", "status"],
+        answer = subprocess.run([self.programs / "hecaton", "--cell", self.cell, "--domain", self.domain, "-o", "json", "status"],
                                 capture_output=True, text=True)
         return json.loads(answer.stdout) if answer.returncode == 0 else None
 
@@ -79,7 +79,7 @@ class Cell:
         """(planner, gap in ms) of each, from the driver's log."""
         text = (self.logs / "driver-arm.log").read_text()
         return [(planner, float(gap)) for planner, gap in
-                re.findall(r"event=follows planner=(\S+) .*instead_of=\S+ gap_ms=(\S+)", text)]
+                re.findall(r'event="planner changed" planner=(\S+) .*instead_of=\S+ gap_ms=(\S+)', text)]
 
     def end(self):
         for agent in self.agents:
