@@ -155,7 +155,7 @@ TEST_F(ClientTest, ConnectsManyTimesInOneProcess) {
     const Cell cell = connect();
     EXPECT_EQ(cell.status(kPatience).mode, CellMode::kRun) << i;
     const std::string name = "connection_" + std::to_string(i);
-    cell.world().add(name, Sphere{0.05}, {{4.0, 4.0, 4.0}, {}}, Static{}, kPatience);
+    cell.world().add(name, Sphere{0.05}, Pose{.position = {4.0, 4.0, 4.0}}, Static{}, kPatience);
     cell.world().remove(name, kPatience);
     EXPECT_EQ(cell.arm("north").state(kPatience).q.size(), 6U) << i;
   }
