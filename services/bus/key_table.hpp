@@ -41,6 +41,13 @@ class KeyTable {
     Share& own = shares_[participant];
     own.left = false;
     const bool is_own = !is_new && before.participant == participant;
+    // Most samples: the participant writes its own key again, and all stays within the limits.
+    if (is_own && bytes_ - before.bytes + bytes <= limits_.bytes) {
+      known->second.bytes = bytes;
+      own.bytes += bytes - before.bytes;
+      bytes_ += bytes - before.bytes;
+      return true;
+    }
     const std::size_t keys_after = own.keys.size() + (is_own ? 0 : 1);
     const std::size_t bytes_after = own.bytes + bytes - (is_own ? before.bytes : 0);
     // What all others have stays within the limits when this one is added.

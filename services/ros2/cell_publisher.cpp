@@ -93,11 +93,16 @@ void CellPublisher::publish_diagnostics(const CellStatus* status, const std::str
       message.status.push_back(diagnostic(NodeDiagnosis{node.name, node.host, same<msg::NodeState>(node.state),
                                                         node.cause.text, node.alive, node.age.count()}));
     }
+    std::set<std::string> listed;
     for (const Fault& fault : status->faults) {
+      // One that came and went between two messages is an error in one of them.
+      const bool over = fault.cleared && (!listed_faults_ || listed_faults_->contains(fault.id));
       message.status.push_back(
           diagnostic(FaultDiagnosis{fault.id, fault.cause.subject, std::string(name_of(fault.cause.kind)),
-                                    fault.cause.text, same<msg::Severity>(fault.severity), fault.cleared}));
+                                    fault.cause.text, same<msg::Severity>(fault.severity), over}));
+      listed.insert(fault.id);
     }
+    listed_faults_ = std::move(listed);
   }
   if (scenes) {
     DiagnosticStatus& entry =

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,7 @@ class CellPublisher {
   Publisher<TFMessage> fixed_transforms_;
   Publisher<ros2::Clock> clock_;
   Publisher<DiagnosticArray> diagnostics_;
+  std::optional<std::set<std::string>> listed_faults_;  ///< in the newest message that had a status
   CellMarkers markers_;
   std::vector<Publisher<MarkerArray>> marker_topics_;  ///< by CellMarkers::Topic
   std::vector<std::unique_ptr<ArmTopics>> arms_;

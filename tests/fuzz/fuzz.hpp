@@ -1,6 +1,6 @@
 #pragma once
-/// What the fuzz targets share. A target is a source in targets/ with the function that libFuzzer calls:
-/// LLVMFuzzerTestOneInput. It returns, or it aborts the process.
+/// What the fuzz targets share. A target is a source in targets/ with the function HECATON_FUZZ_TARGET(name). It
+/// returns, or it aborts the process.
 
 #include <algorithm>
 #include <cstddef>
@@ -77,4 +77,10 @@ inline std::string source(const std::string& path) {
 
 }  // namespace hecaton::fuzz
 
+/// The name that libFuzzer calls; or, where a test calls all targets, one for each.
+#ifdef HECATON_FUZZ_REPLAY
+#define HECATON_FUZZ_TARGET(name) fuzz_##name
+#else
+#define HECATON_FUZZ_TARGET(name) LLVMFuzzerTestOneInput
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+#endif

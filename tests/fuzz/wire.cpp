@@ -5,7 +5,7 @@
 #include "services/bus/wire_rules.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(wire)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   fuzz::Input input(data, size);
   const bus::TopicInfo& topic = bus::kTopics[input.byte() % bus::kTopics.size()];

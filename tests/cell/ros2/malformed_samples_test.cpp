@@ -13,7 +13,7 @@ namespace hecaton::test {
 namespace {
 
 /// Most by which the service's memory may grow, whatever it receives: docs/reference/ros2.md, limits.
-constexpr std::size_t kMostGrowth = 128U << 20U;  // [bytes]
+constexpr std::size_t kMostGrowth = 96U << 20U;  // [bytes]
 
 /// The largest memory in use since reset_peak_memory().
 std::size_t peak_memory(pid_t pid) {

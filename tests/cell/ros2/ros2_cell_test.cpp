@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "services/ros2/action_checkpoint.hpp"
@@ -415,6 +416,30 @@ TEST_F(Ros2Cell, CancelsAndReplacesTrajectories) {
   EXPECT_EQ(result->status(), kCanceled);
 }
 
+TEST_F(Ros2Cell, NamesThePairAndTheDistanceOfARefusedGoal) {
+  const Cell cell = connect();
+  ActionClient client(*peer_, "north");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "north");
+  std::vector<double> end = start;
+  end[0] += 0.9;
+  // Small: it must be clear of all arms at the start.
+  cell.world().add("obstruction", Box{0.06, 0.06, 0.06}, tool_at("north", end), Static{}, kLong);
+  const auto id = client.send(client.smooth(start, end, 4.0));
+  ASSERT_TRUE(id);
+  const auto result = client.await_result(*id);
+  EXPECT_NO_THROW(cell.world().remove("obstruction", kLong));
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(result->result().error_code(), -1);
+  const std::string& why = result->result().error_string();
+  EXPECT_TRUE(why.starts_with("the planner rejects the trajectory")) << why;
+  // "north/LINK is -0.023 m from obstruction"
+  const std::regex pair("north/[\\w.]+ is -?[0-9]+\\.[0-9]+ m from obstruction");
+  EXPECT_TRUE(std::regex_search(why, pair)) << why;
+  std::cout << why << '\n';
+}
+
 TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
   constexpr double kSpeed = 0.1;  // [rad/s]
   const Cell cell = connect();
@@ -455,6 +480,37 @@ TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
   EXPECT_EQ(result->result().error_string(), "a later trajectory has replaced this one");
   ASSERT_TRUE((result = client.await_result(*second)));
   EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+}
+
+TEST_F(Ros2Cell, ReportsAFaultAsAnErrorUntilItIsOver) {
+  const Cell cell = connect();
+  Diagnostics diagnostics(*peer_, "rt/diagnostics");
+  const auto shows = [&](int level, const std::string& text) {
+    return diagnostics.next([&](const auto& message) {
+      return std::any_of(message.status().begin(), message.status().end(), [&](const auto& status) {
+        return status.name().starts_with("hecaton: fault ") && status.level() == level && status.message() == text &&
+               status.hardware_id() == "planner/east";
+      });
+    });
+  };
+  const pid_t planner = planner_of("east");
+  ASSERT_EQ(kill(planner, SIGSTOP), 0);
+  std::optional<Fault> fault;
+  const auto raised = [&] {
+    for (const Fault& candidate : cell.status(kLong).faults) {
+      if (candidate.cause.subject == "planner/east" && !candidate.cleared) fault = candidate;
+    }
+    return fault.has_value();
+  };
+  const bool seen = cell.wait_until(raised, kLong);
+  const bool error = seen && shows(2, fault->cause.text);
+  static_cast<void>(kill(planner, SIGCONT));  // its agent may have replaced it
+  ASSERT_TRUE(seen);
+  EXPECT_TRUE(error) << fault->cause.text;
+  EXPECT_EQ(fault->cause.kind, CauseKind::kNodeSilent);
+  EXPECT_FALSE(fault->cause.text.empty());
+  EXPECT_TRUE(shows(0, fault->cause.text)) << "it is over";
+  ASSERT_TRUE(cell.wait_until([&] { return cell.status(kLong).mode == CellMode::kRun; }, kLong));
 }
 
 // One trajectory ends while the service does not run, one after it, and one is cancelled after it.

@@ -35,7 +35,7 @@ const config::CellFile& three_puma() {
   static const config::CellFile kFile = config::load_cell_file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
   return kFile;
 }
-const planner::Arm& north() {
+const planner::Arm& northern_arm() {
   return three_puma().cell.arms[0].arm;
 }
 
@@ -226,20 +226,20 @@ TEST(Ros2Reader, DropsTheOldestSamplesInExcessOfItsBytes) {
 TEST(Ros2Description, GivesTheKinematicsOfTheModel) {
   const TemporaryFolder folder;
   planner::UrdfOptions options;
-  options.tool_link = north().model->links[static_cast<std::size_t>(north().model->tool_link)].name;
+  options.tool_link = northern_arm().model->links[static_cast<std::size_t>(northern_arm().model->tool_link)].name;
   options.allow_bare_links = true;
-  const auto again = planner::load_urdf(folder.write("arm.urdf", ros2::arm_urdf(north())), options);
-  ASSERT_EQ(again->joint_names, north().model->joint_names);
+  const auto again = planner::load_urdf(folder.write("arm.urdf", ros2::arm_urdf(northern_arm())), options);
+  ASSERT_EQ(again->joint_names, northern_arm().model->joint_names);
   JointVector q = JointVector::Zero(again->joints());
   for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = 0.1 * static_cast<double>(j + 1);
   planner::Kinematics ours;
   planner::Kinematics theirs;
-  planner::forward_kinematics(*north().model, north().X_WB, q, ours);
-  planner::forward_kinematics(*again, north().X_WB, q, theirs);
+  planner::forward_kinematics(*northern_arm().model, northern_arm().X_WB, q, ours);
+  planner::forward_kinematics(*again, northern_arm().X_WB, q, theirs);
   const auto tool = [](const planner::RobotModel& model, const planner::Kinematics& kinematics) {
     return kinematics.X_WL[static_cast<std::size_t>(model.tool_link)].matrix().eval();
   };
-  EXPECT_TRUE(tool(*north().model, ours).isApprox(tool(*again, theirs), 1e-6));
+  EXPECT_TRUE(tool(*northern_arm().model, ours).isApprox(tool(*again, theirs), 1e-6));
   const std::string cell = ros2::cell_urdf(three_puma().cell);
   for (const char* arm : {"north", "west", "east"}) {
     EXPECT_NE(cell.find("<joint name=\"" + std::string(arm) + "_joint1\" type=\"revolute\">"), std::string::npos);
@@ -248,7 +248,7 @@ TEST(Ros2Description, GivesTheKinematicsOfTheModel) {
 
 ros2::TrajectoryGoal ramp(const JointVector& q, double step, double seconds) {
   ros2::TrajectoryGoal goal;
-  goal.trajectory.joint_names = north().model->joint_names;
+  goal.trajectory.joint_names = northern_arm().model->joint_names;
   for (int i = 0; i <= 4; ++i) {
     ros2::JointTrajectoryPoint point;
     point.positions.assign(q.begin(), q.end());
@@ -261,14 +261,14 @@ ros2::TrajectoryGoal ramp(const JointVector& q, double step, double seconds) {
 }
 
 TrajectoryCode code_of(const ros2::TrajectoryGoal& goal, double age = 0.0) {
-  const auto checked = ros2::check_trajectory(goal, north(), north().home(), age);
+  const auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), age);
   const auto* refusal = std::get_if<ros2::TrajectoryRefusal>(&checked);
   EXPECT_TRUE(refusal == nullptr || !refusal->text.empty());
   return refusal == nullptr ? TrajectoryCode::kSuccessful : refusal->code;
 }
 
 TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
-  const JointVector& home = north().home();
+  const JointVector& home = northern_arm().home();
   const ros2::TrajectoryGoal good = ramp(home, 0.4, 2.0);
   EXPECT_EQ(code_of(good), TrajectoryCode::kSuccessful);
   auto goal = good;
@@ -308,31 +308,31 @@ TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
 }
 
 TrajectoryFollower follower_of(const ros2::TrajectoryGoal& goal) {
-  auto checked = ros2::check_trajectory(goal, north(), north().home(), 0.0);
+  auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
   return TrajectoryFollower(std::get<ros2::TrajectoryOrder>(std::move(checked)));
 }
 
 /// One that has come to `time` of the trajectory.
 TrajectoryFollower::Input under_way(double time, double rate, std::string reason = {}) {
-  return {north().home(), 0.01, TrajectoryFollower::GoalReport::kUnderWay, time, rate, std::move(reason)};
+  return {northern_arm().home(), 0.01, TrajectoryFollower::GoalReport::kUnderWay, time, rate, std::move(reason)};
 }
 
 TEST(Ros2Trajectory, KeepsVelocitiesAndTolerancesOfItsPoints) {
-  auto goal = ramp(north().home(), 0.8, 4.0);
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
   goal.path_tolerance.push_back({"joint2", 0.05, 0.0, 0.0});
   goal.path_tolerance.push_back({"joint3", -1.0, 0.0, 0.0});
-  const auto checked = ros2::check_trajectory(goal, north(), north().home(), 0.0);
+  const auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
   const planner::TimedTrajectory& trajectory = std::get<ros2::TrajectoryOrder>(checked).trajectory;
   ASSERT_EQ(trajectory.points.size(), goal.trajectory.points.size());
   EXPECT_EQ(trajectory.duration(), 4.0);
-  EXPECT_EQ(trajectory.points[2].qd.size(), north().home().size());
+  EXPECT_EQ(trajectory.points[2].qd.size(), northern_arm().home().size());
   EXPECT_EQ(trajectory.path_tolerance[1], 0.05);
   EXPECT_TRUE(std::isinf(trajectory.path_tolerance[2])) << "-1 erases a tolerance";
   EXPECT_TRUE(trajectory.has_path_tolerance());
 }
 
 TEST(Ros2Trajectory, HasTheTimeThatThePlannerReports) {
-  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
   EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
   EXPECT_NEAR(follower.time(), 1.0, 1e-9);
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
@@ -344,7 +344,7 @@ TEST(Ros2Trajectory, HasTheTimeThatThePlannerReports) {
 }
 
 TEST(Ros2Trajectory, SucceedsWhenThePlannerHasReachedItsEnd) {
-  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
   TrajectoryFollower::Input input = under_way(4.0, 1.0);
   input.q = follower.order().trajectory.end();
   EXPECT_FALSE(follower.update(input));
@@ -355,7 +355,7 @@ TEST(Ros2Trajectory, SucceedsWhenThePlannerHasReachedItsEnd) {
 }
 
 TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
-  TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 60.0));
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
   TrajectoryFollower::Input input = under_way(0.0, 0.0);
   input.dt = 0.5;
   input.report = TrajectoryFollower::GoalReport::kUnanswered;
@@ -366,7 +366,7 @@ TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
   EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos)
       << end->text;
 
-  TrajectoryFollower answered = follower_of(ramp(north().home(), 0.8, 60.0));
+  TrajectoryFollower answered = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
   EXPECT_FALSE(answered.update(input));
   input.report = TrajectoryFollower::GoalReport::kUnderWay;
   for (int i = 0; i < 40; ++i) EXPECT_FALSE(answered.update(input)) << i;
@@ -386,7 +386,7 @@ TEST(Ros2CancellationWait, EndsWithItsGoalOrAfterASilenceOfThePlanner) {
 }
 
 TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
-  auto goal = ramp(north().home(), 0.8, 4.0);
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
   goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
   TrajectoryFollower follower = follower_of(goal);
   TrajectoryFollower::Input input = under_way(4.0, 1.0);
@@ -400,7 +400,7 @@ TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
 }
 
 TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
-  auto goal = ramp(north().home(), 0.8, 4.0);
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
   goal.goal_time_tolerance = {1, 0};
   TrajectoryFollower follower = follower_of(goal);
   double elapsed = 0.0;
@@ -420,7 +420,7 @@ TEST(Ros2Trajectory, EndsAsItsPlannerSays) {
   for (const auto& [report, code] : {std::pair(Report::kRejected, TrajectoryCode::kInvalidGoal),
                                      std::pair(Report::kLost, TrajectoryCode::kInvalidGoal),
                                      std::pair(Report::kLeftPath, TrajectoryCode::kPathTolerance)}) {
-    TrajectoryFollower follower = follower_of(ramp(north().home(), 0.8, 4.0));
+    TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
     TrajectoryFollower::Input input = under_way(1.0, 0.0, "ball is 0.03 m away");
     input.report = report;
     const auto end = follower.update(input);

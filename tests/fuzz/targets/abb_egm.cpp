@@ -5,7 +5,7 @@
 #include "services/arm_driver/devices/abb_egm/messages.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(abb_egm)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   using namespace hecaton::device::abb_egm;
   const auto message = decode(fuzz::text_of({data, size}));

@@ -5,7 +5,7 @@
 
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(cell_file)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   static const std::string kPath = fuzz::source("tests/data/bad/fuzz.yaml");
   static const int kTiny = ::setenv("HECATON_ROBOTS", fuzz::source("tests/fuzz/robots").c_str(), 1);

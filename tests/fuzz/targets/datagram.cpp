@@ -3,7 +3,7 @@
 #include "services/bus/datagram_check.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(datagram)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   fuzz::Input input(data, size);
   bus::DatagramCheck check;

@@ -9,7 +9,7 @@
 #include "services/bus/wire_rules.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(device_state)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   const fuzz::View bytes(data, size);
   const bus::TopicRule& rule = *bus::topic_rule(bus::Topic<msg::DeviceState>::kInfo.type);

@@ -55,7 +55,7 @@ std::size_t take(WebSession& session) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(foxglove)(const std::uint8_t* data, std::size_t size) {
   static const auto kHub = std::make_shared<Hub>(options());
   const auto session = kHub->open({[] {}});
   take(*session);

@@ -5,7 +5,7 @@
 #include "planner/model/mesh_shape.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(mesh)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   fuzz::Input input(data, size);
   const std::uint8_t choice = input.last_byte();

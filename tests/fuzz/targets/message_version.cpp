@@ -10,7 +10,7 @@
 #include "services/recorder/current_messages.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(message_version)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   using namespace hecaton::services;
   fuzz::Input input(data, size);

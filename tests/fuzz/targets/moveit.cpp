@@ -16,7 +16,7 @@ void read(const Read& function) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(moveit)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   const std::string path = fuzz::folder().write("moveit.yaml", fuzz::text_of({data, size}));
   read([&] {

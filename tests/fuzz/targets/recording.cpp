@@ -31,7 +31,7 @@ std::string chunk_file(fuzz::View records) {
 }
 
 template <class Read>
-void read(const Read& function) {
+void read_recording(const Read& function) {
   try {
     function();
   } catch (const recorder::RecordingError& error) {
@@ -58,17 +58,17 @@ void replay_all(const std::string& path) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(recording)(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   const bool is_chunk = input.byte() == 1;
   const fuzz::View bytes = input.rest();
   const std::string path = fuzz::folder().write("run.mcap", is_chunk ? chunk_file(bytes) : fuzz::text_of(bytes));
-  read([&] { static_cast<void>(recorder::bag_info(path)); });
-  read([&] {
+  read_recording([&] { static_cast<void>(recorder::bag_info(path)); });
+  read_recording([&] {
     const std::string tables = fuzz::folder().path("csv");
     std::filesystem::remove_all(tables);
     static_cast<void>(recorder::export_csv({path}, tables));
   });
-  read([&] { replay_all(path); });
+  read_recording([&] { replay_all(path); });
   return 0;
 }

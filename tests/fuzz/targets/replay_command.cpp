@@ -31,7 +31,7 @@ std::string recording() {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(replay_command)(const std::uint8_t* data, std::size_t size) {
   static const config::CellFile kCell = config::load_cell_file(fuzz::source("deploy/cells/three_puma.yaml"));
   static const replay::RecordingIndex kIndex = replay::index_recording({recording()}, kCell);
   static replay::RecordedCell cell(kIndex);

@@ -85,7 +85,7 @@ void check_announcement(fuzz::View bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(ros2)(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   using Check = void (*)(fuzz::View);
   static constexpr std::array<Check, 8> kChecks{

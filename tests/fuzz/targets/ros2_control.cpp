@@ -5,7 +5,7 @@
 #include "services/ros2_messages/cdr.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(ros2_control)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   using device::Clock;
   fuzz::Input input(data, size);

@@ -106,7 +106,7 @@ void show(const T& value) {
 }
 
 template <class T>
-void check(fuzz::View bytes) {
+void check_sample(fuzz::View bytes) {
   const bus::TopicRule& rule = *bus::topic_rule(bus::Topic<T>::kInfo.type);
   const bus::CheckedSample checked = bus::check_sample(rule, bytes);
   const auto decoded = bus::decode_recorded<T>(bytes);
@@ -128,10 +128,10 @@ void check(fuzz::View bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(samples)(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   using Check = void (*)(fuzz::View);
-#define HECATON_CHECK(Type, ...) check<msg::Type>,
+#define HECATON_CHECK(Type, ...) check_sample<msg::Type>,
   static constexpr std::array<Check, bus::kTopics.size()> kChecks{HECATON_TOPICS(HECATON_CHECK)};
 #undef HECATON_CHECK
   kChecks[input.byte() % kChecks.size()](input.rest());

@@ -11,7 +11,7 @@
 namespace {
 
 template <class Read>
-void read(const Read& function) {
+void read_srdf(const Read& function) {
   try {
     function();
   } catch (const hecaton::planner::ModelError& error) {
@@ -27,11 +27,11 @@ std::vector<hecaton::planner::TreeLink> tree_of(const hecaton::planner::RobotMod
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(srdf)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   static const auto kPuma = planner::load_urdf(fuzz::source("deploy/cells/urdf/puma560.urdf"));
   const std::string path = fuzz::folder().write("robot.srdf", fuzz::text_of({data, size}));
-  read([&] {
+  read_srdf([&] {
     planner::SourceFiles sources;
     planner::RobotModel model = *kPuma;
     planner::apply_srdf(path, {"left_out"}, model, sources);
@@ -41,11 +41,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::require(inside, "a named configuration sets every joint within its limits");
     }
   });
-  read([&] {
+  read_srdf([&] {
     planner::SourceFiles sources;
     static_cast<void>(planner::srdf_tool_link(path, tree_of(*kPuma), "", sources));
     static_cast<void>(planner::srdf_tool_link(path, tree_of(*kPuma), "base_link", sources));
   });
-  read([&] { static_cast<void>(config::groups_of_srdf(path)); });
+  read_srdf([&] { static_cast<void>(config::groups_of_srdf(path)); });
   return 0;
 }

@@ -3,7 +3,7 @@
 #include "services/supervisor/replication/checkpoint.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(supervisor_checkpoint)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   const auto checkpoint = services::parse_checkpoint(fuzz::text_of({data, size}));
   if (!checkpoint) return 0;

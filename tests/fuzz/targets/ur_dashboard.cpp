@@ -3,7 +3,7 @@
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
 #include "tests/fuzz/loopback_server.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(ur_dashboard)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   static fuzz::LoopbackServer robot(29999);
   fuzz::Input input(data, size);

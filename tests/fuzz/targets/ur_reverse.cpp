@@ -32,7 +32,7 @@ int connected(int port, bool is_other) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(ur_reverse)(const std::uint8_t* data, std::size_t size) {
   using namespace device::universal_robots;
   static TcpListener listener;
   static const int port = [] {

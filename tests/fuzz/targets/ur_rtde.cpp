@@ -5,7 +5,7 @@
 #include "services/bus/wire_rules.hpp"
 #include "tests/fuzz/loopback_server.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(ur_rtde)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   using namespace hecaton::device::universal_robots;
   static fuzz::LoopbackServer robot(30004);

@@ -25,7 +25,7 @@ void require_sound(const planner::RobotModel& model) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(urdf)(const std::uint8_t* data, std::size_t size) {
   fuzz::Input input(data, size);
   const std::uint8_t choice = input.last_byte();
   planner::UrdfOptions options;

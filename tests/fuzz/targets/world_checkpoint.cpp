@@ -5,7 +5,7 @@
 #include "services/bus/message_file.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(world_checkpoint)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   const std::string path = fuzz::folder().write("world", fuzz::text_of({data, size}));
   const auto read = bus::read_message(path);

@@ -3,7 +3,7 @@
 #include "services/config/yaml_tree.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+extern "C" int HECATON_FUZZ_TARGET(yaml)(const std::uint8_t* data, std::size_t size) {
   using namespace hecaton;
   try {
     static_cast<void>(config::read_yaml_text(fuzz::text_of({data, size}), "fuzz.yaml"));

@@ -49,7 +49,7 @@ TEST_F(KeyTableTest, HasAPlaceForANewcomer) {
   flood(3);
   flood(4);
   EXPECT_TRUE(admits(1, "south"));
-  EXPECT_TRUE(displaced_.empty()) << "whoever has more loses places first";
+  EXPECT_TRUE(displaced_.empty()) << "the participant with more keys loses places first";
   EXPECT_EQ(table_.keys(), 100U);
 }
 

@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using view::Json;
 
-const std::string kThreePuma = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
+const std::string kOrderedCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
 
 /// Orders to a domain without a cell: what the server decides before it sends anything.
 class OrdersTest : public testing::Test {
@@ -35,7 +35,7 @@ class OrdersTest : public testing::Test {
     return control.at("controller").is_null() ? "none" : control.at("controller").at("address").get<std::string>();
   }
 
-  config::CellFile file_ = config::load_cell_file(kThreePuma);
+  config::CellFile file_ = config::load_cell_file(kOrderedCell);
   test::FreeDomain domain_;
   const std::string token_ = random_token();
   const WebClient first_{1, "127.0.0.1:1001"};
