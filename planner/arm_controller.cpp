@@ -30,6 +30,10 @@ constexpr double kAroundTimeout = 8.0;
 constexpr double kRejoins = 0.05;
 constexpr double kRejoinsShare = 0.4;
 
+bool is_lost(const JointVector& tracking_error) {
+  return tracking_error.cwiseAbs().maxCoeff() > kLostTrack;
+}
+
 double smallest_tolerance(const TimedTrajectory& trajectory) {
   return trajectory.has_path_tolerance() ? trajectory.path_tolerance.minCoeff()
                                          : std::numeric_limits<double>::infinity();
@@ -241,7 +245,11 @@ TickResult ArmController::step(const OwnArmFeedback& feedback, std::span<const A
   input.hold = hold;
   input.speed_scaling = feedback.speed_scaling;
   if (feedback.tracking_delay > 0.0) age_states(feedback.tracking_delay, input);
-  return step_from(dead_reckoned(geometry_.own_arm().limits, feedback, dt_), tracking_error, std::move(input));
+  // An arm that is not where its set-points say may not be as old as it seems either. It begins where it was measured:
+  // a set-point ahead of the arm would move it faster, and the next one would be further ahead.
+  const bool lost = setpoint_ && tracking_error && is_lost(*tracking_error);
+  const MeasuredState begin = lost ? feedback.state : dead_reckoned(geometry_.own_arm().limits, feedback, dt_);
+  return step_from(begin, tracking_error, std::move(input));
 }
 
 TickResult ArmController::step(const MeasuredState& measured, std::span<const ArmObservation> arms,
@@ -257,7 +265,7 @@ TickResult ArmController::step(const MeasuredState& measured, std::span<const Ar
 
 TickResult ArmController::step_from(const MeasuredState& measured, const std::optional<JointVector>& tracking_error,
                                     TickInput input) {
-  const bool follows = setpoint_ && tracking_error && tracking_error->cwiseAbs().maxCoeff() <= kLostTrack;
+  const bool follows = setpoint_ && tracking_error && !is_lost(*tracking_error);
   if (!follows) setpoint_ = measured;
 
   input.dt = dt_;

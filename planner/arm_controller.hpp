@@ -97,6 +97,7 @@ class ArmController {
   [[nodiscard]] const std::optional<JointVector>& goal() const { return goal_; }
   /// The last set-point. Precondition: step() was called.
   [[nodiscard]] const MeasuredState& setpoint() const { return *setpoint_; }
+  [[nodiscard]] bool has_setpoint() const { return setpoint_.has_value(); }
   [[nodiscard]] const LocalMemory& memory() const { return memory_.local; }
   [[nodiscard]] const CellGeometry& geometry() const { return geometry_; }
   [[nodiscard]] const LocalParameters& parameters() const { return parameters_; }

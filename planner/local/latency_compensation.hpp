@@ -19,7 +19,7 @@ struct OwnArmFeedback {
   double age = 0.0;             ///< time since the measurement [s], ≥ 0
   bool follows = false;         ///< the drive followed set-points
   std::uint64_t setpoint = 0;   ///< number of the drive's last set-point; 0: none of this planner
-  double setpoint_age = 0.0;    ///< age of that set-point at the time of the measurement [s]
+  double setpoint_age = 0.0;    ///< age of that set-point at the time of the measurement [s]; < 0: it arrived later
   double tracking_delay = 0.0;  ///< lag of the measured state behind the set-points [s], ≥ 0
   double speed_scaling = 1.0;   ///< share of the velocity limits that the device executes, 0 to 1
 };

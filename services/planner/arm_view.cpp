@@ -1,6 +1,7 @@
 #include "services/planner/arm_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "planner/local/latency_compensation.hpp"
@@ -71,9 +72,9 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
   if (!q) return q.error;
   const auto qd = messages::joints_from_message(state.qd(), {"ArmState of ", state.arm(), ": qd"}, joints_[index]);
   if (!qd) return qd.error;
-  if (!(state.command_age() >= 0.0)) {
+  if (!std::isfinite(state.command_age())) {
     return "ArmState of " + state.arm() + ": command_age = " + std::to_string(state.command_age()) +
-           " must be at least 0 s";
+           " must be a finite number";
   }
   if (!(state.tracking_delay() >= 0.0 && state.tracking_delay() <= kLongestTrackingDelay)) {
     return "ArmState of " + state.arm() + ": tracking_delay = " + std::to_string(state.tracking_delay()) +

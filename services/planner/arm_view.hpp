@@ -53,7 +53,7 @@ class ArmView {
     msg::Cause cause;  ///< why the drive does not follow commands
     std::uint64_t term = 0;
     std::uint64_t command_sequence = 0;
-    double command_age = 0.0;     ///< of the last command that the driver accepted [s]
+    double command_age = 0.0;     ///< of the last command that the driver accepted, at the measurement; may be < 0 [s]
     double tracking_delay = 0.0;  ///< lag behind the set-points [s]
     double speed_scaling = 1.0;   ///< executed share of the set-points' speed, 0 to 1
     ArmLease lease;               ///< in force at the driver

@@ -165,9 +165,20 @@ std::uint64_t LivePlanner::next_number(const PeriodContext& context) {
   return ++sequence_;
 }
 
+/// Set-points that begin ahead of an arm would drive it faster and faster, if its state is not as old as it seems. So
+/// the driver brakes a moving arm before its planner begins, unless the state is fresh.
+bool LivePlanner::is_braked_first(const PeriodContext& context) const {
+  constexpr double kFresh = 0.05;   // [s]
+  constexpr double kStands = 0.05;  // [rad/s | m/s]
+  const ArmView::ReceivedState& own = *own_arm();
+  const bool continues =
+      context.continues && planner_.controller().has_setpoint() && own.mode == msg::ArmMode::ARM_RUNNING;
+  return !continues && arms_.age(self_, context.now) > kFresh && own.qd.cwiseAbs().maxCoeff() > kStands;
+}
+
 std::optional<LivePlanner::PlannedPeriod> LivePlanner::step(const PeriodContext& context,
                                                             planner::SearchExecutor& searches) {
-  const bool silent = !has_fresh_own_state(context.now);
+  const bool silent = !has_fresh_own_state(context.now) || is_braked_first(context);
   planner::PeriodEvents events;
   events.missed = context.missed;
   // While the drive follows another planner, set-points of this planner begin at the measured position.

@@ -79,7 +79,7 @@ class LivePlanner {
     planner::TickResult result;
   };
   /// Plans one control period. Empty without a fresh state of the arm: no set-point is safe without its position, and
-  /// the driver brakes when commands stop.
+  /// the driver brakes when commands stop. A planner that begins also needs an arm that stands, or a newer state.
   [[nodiscard]] std::optional<PlannedPeriod> step(const PeriodContext& context, planner::SearchExecutor& searches);
   /// The command of the last period, if its inputs have a number. The caller sets the stamp.
   [[nodiscard]] msg::ArmCommand& command() { return command_; }
@@ -98,6 +98,7 @@ class LivePlanner {
 
  private:
   [[nodiscard]] bool has_fresh_own_state(Clock::time_point now) const;
+  [[nodiscard]] bool is_braked_first(const PeriodContext& context) const;
   [[nodiscard]] std::optional<msg::Cause> missing_environment(Clock::time_point now) const;
   [[nodiscard]] std::uint64_t next_number(const PeriodContext& context);
   /// Of the planner's present geometry.

@@ -154,7 +154,8 @@ void say_inputs(const CellState& cell, const std::string& arm, bus::Clock::time_
     sentences.push_back(state->value.command_sequence_number() == 0
                             ? "The driver of " + arm + " has not accepted a command yet."
                             : "The driver of " + arm + " has accepted its last command " +
-                                  milliseconds_text(state->value.command_age()) + " before its last state.");
+                                  milliseconds_text(std::max(0.0, state->value.command_age())) +
+                                  " before its last state.");
   }
 }
 

@@ -12,7 +12,6 @@ constexpr int kRtdePort = 30004;
 constexpr std::chrono::seconds kHandshake{3};
 /// A robot that sends no data for this long is not connected any more.
 constexpr std::chrono::milliseconds kSilence{500};
-constexpr double kDrift = 200e-6;  // of the clocks [s/s]
 /// No robot's clock shows more. Ages of data fit into nanoseconds of 64 bits [s].
 constexpr double kLongestUptime = 1e9;
 
@@ -122,9 +121,12 @@ bool is_finite(const RobotData& data) {
 double ClockOffset::age(Clock::time_point now, double timestamp) {
   const double arrived = std::chrono::duration<double>(now.time_since_epoch()).count();
   const double difference = arrived - timestamp;
-  offset_ = offset_ ? std::min(*offset_ + kDrift * std::max(0.0, arrived - updated_), difference) : difference;
-  updated_ = arrived;
-  return difference - *offset_;
+  if (!least_ || arrived - window_began_ > kWindow) {
+    previous_ = std::exchange(least_, difference);
+    window_began_ = arrived;
+  }
+  least_ = std::min(*least_, difference);
+  return difference - std::min(*least_, previous_.value_or(*least_));
 }
 
 void RtdeClient::open(Clock::time_point now) {

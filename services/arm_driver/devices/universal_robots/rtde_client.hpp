@@ -45,13 +45,17 @@ struct RtdeSetup {
 /// The difference between this machine's clock and the robot's, from the quickest packages.
 class ClockOffset {
  public:
-  /// Age of data that were measured at `timestamp` (robot's clock) and arrived at `now` [s]. The quickest package
-  /// counts as age 0. The estimate follows clocks that drift by 200 ppm.
+  /// Age of data that were measured at `timestamp` (robot's clock) and arrived at `now` [s]. The quickest package of
+  /// the last seconds counts as age 0: clocks drift, and that of a simulated controller stands still while its machine
+  /// stalls.
   [[nodiscard]] double age(Clock::time_point now, double timestamp);
 
  private:
-  std::optional<double> offset_;
-  double updated_ = 0.0;
+  static constexpr double kWindow = 2.0;  ///< the minimum is over this window and the one before [s]
+
+  std::optional<double> least_;     ///< arrival − timestamp in this window [s]
+  std::optional<double> previous_;  ///< in the window before
+  double window_began_ = 0.0;
 };
 
 /// Connects, agrees on version and recipes, then takes data. No call waits. For one thread.

@@ -106,7 +106,7 @@ class ArmViewTest : public testing::Test {
 };
 
 TEST_F(ArmViewTest, RejectsAStateWithAnInvalidCommandAge) {
-  for (const double age : {std::nan(""), -0.1}) {
+  for (const double age : {std::nan(""), -std::numeric_limits<double>::infinity()}) {
     msg::ArmState unsound = state("arm1", 1);
     unsound.command_age(age);
     EXPECT_NE(view_.apply(unsound, {}, now_).value().find("command_age = "), std::string::npos);

@@ -328,5 +328,38 @@ TEST(LivePlannerHold, NamesTheFailureOfTheDevice) {
   EXPECT_TRUE(is_missing_input(*hold));
 }
 
+class NoSearches : public planner::SearchExecutor {
+ public:
+  [[nodiscard]] planner::SearchAnswers answers() override { return {}; }
+  void ask(planner::SearchQuestions /*questions*/, const planner::SharedObstacles& /*obstacles*/) override {}
+};
+
+// If that state is newer than it seems, a set-point ahead of the arm would drive it faster and faster.
+TEST(LivePlannerBegin, WaitsUntilAMovingArmStandsOrItsStateIsFresh) {
+  const planner::Cell cell = test::corridor(kArms, -1.2, 2.0);
+  using std::chrono::milliseconds;
+  const auto begins = [&](double speed, milliseconds age, bool continues) {
+    LivePlanner planner(cell, 0, "planner/0", {});
+    NoSearches searches;
+    const CellModeView mode;
+    const LivePlanner::Clock::time_point measured(std::chrono::hours(1));
+    msg::ArmState state;
+    state.arm(planner.name());
+    state.mode(msg::ArmMode::ARM_RUNNING);
+    state.q(messages::to_message(test::corridor_start(0, kArms)));
+    state.qd(std::vector<double>(state.q().size(), speed));
+    state.sequence_number(1);
+    EXPECT_EQ(planner.arms().apply(state, {}, measured), std::nullopt);
+    if (continues) {
+      EXPECT_TRUE(planner.step({.now = measured, .mode = mode}, searches));
+    }
+    return planner.step({.now = measured + age, .mode = mode, .continues = continues}, searches).has_value();
+  };
+  EXPECT_TRUE(begins(0.3, milliseconds(20), false));
+  EXPECT_FALSE(begins(0.3, milliseconds(100), false));
+  EXPECT_TRUE(begins(0.0, milliseconds(100), false));
+  EXPECT_TRUE(begins(0.3, milliseconds(100), true));
+}
+
 }  // namespace
 }  // namespace hecaton::services
