@@ -44,7 +44,7 @@ function onScreen({ view, projection, width, height }, { p, radius }) {
 
 const browser = await chromium.launch({ executablePath, ...LAUNCH });
 try {
-  const { page, errors } = await open(browser, url, { width: 1400, height: 800 });
+  const { page, errors } = await open(browser, url, { width: 840, height: 480 });
   const names = [...joints.keys()];
   await page.waitForFunction((all) => all.every((name) => window.hecaton?.scene.drawn(name)), names);
   for (const key of ["g", "b", "n", "w"]) await page.keyboard.press(key); // bodies only
