@@ -67,6 +67,10 @@ class ArmControl {
   [[nodiscard]] double tracking_delay() const { return session_.device().tracking_delay(); }
   /// Time since the last accepted command, or since the first period [s].
   [[nodiscard]] double command_age() const { return std::chrono::duration<double>(now_ - accepted_at_).count(); }
+  /// The same at the measurement, as measured(); negative for a command that was accepted later [s].
+  [[nodiscard]] double command_age_when_measured() const {
+    return std::chrono::duration<double>(measured_at() - accepted_at_).count();
+  }
   [[nodiscard]] const CommandGate& gate() const { return gate_; }
 
  private:

@@ -348,9 +348,7 @@ void ArmDriver::update_state() {
   state_.speed_scaling(control_.speed_scaling());
   state_.tracking_delay(control_.tracking_delay());
   state_.command_sequence_number(control_.gate().sequence());
-  // At the measurement, as q and qd. A command that came later has a negative age.
-  const auto old = loop_.now() - control_.measured_at();
-  state_.command_age(control_.command_age() - std::chrono::duration<double>(old).count());
+  state_.command_age(control_.command_age_when_measured());
   state_.newest_term(control_.gate().lease().term);
   state_.planner(control_.gate().lease().planner);
   state_.stale_rejected(control_.gate().stale_rejected());

@@ -17,21 +17,6 @@ constexpr double kLongestTrackingDelay = 1.0;
 
 }  // namespace
 
-SenderClock::Clock::time_point SenderClock::sent(std::int64_t stamp_ns, Clock::time_point received) {
-  // Bounds invalid stamps, so that no difference overflows.
-  constexpr std::int64_t kLongest = std::int64_t{1} << 61;
-  const Nanoseconds stamp(std::clamp(stamp_ns, -kLongest, kLongest));
-  const Nanoseconds difference = received.time_since_epoch() - stamp;
-  if (!least_ || received - window_began_ > kWindow) {
-    previous_ = least_;
-    least_ = difference;
-    window_began_ = received;
-  }
-  least_ = std::min(*least_, difference);
-  const Nanoseconds quickest = previous_ ? std::min(*least_, *previous_) : *least_;
-  return received - (difference - quickest);
-}
-
 ArmView::ArmView(const planner::Cell& cell, int self)
     : self_(self),
       state_age_limit_(cell.arms[self].parameters.state_age_limit),

@@ -16,30 +16,9 @@
 #include "planner/local/observation.hpp"
 #include "services/bus/mailbox.hpp"
 #include "services/runtime/cell_mode.hpp"
+#include "services/runtime/sender_clock.hpp"
 
 namespace hecaton::services {
-
-/// Estimates when samples of one writer were sent, on the clock of the receiver. Reception time minus stamp is the
-/// offset of the two clocks plus the latency. Its minimum over the last 10 to 20 s is the offset plus the smallest
-/// latency; the excess over the minimum is the delay of a sample. The smallest latency itself is unknown and counts as
-/// 0.
-class SenderClock {
- public:
-  using Clock = std::chrono::steady_clock;
-
-  /// The time at which the sample was sent; never later than `received`. `stamp_ns`: on the sender's steady clock.
-  [[nodiscard]] Clock::time_point sent(std::int64_t stamp_ns, Clock::time_point received);
-
- private:
-  using Nanoseconds = std::chrono::nanoseconds;
-
-  /// The minimum is over this window and the one before, so that it follows drifting clocks.
-  static constexpr std::chrono::seconds kWindow{10};
-
-  std::optional<Nanoseconds> least_;     ///< received − stamped in this window
-  std::optional<Nanoseconds> previous_;  ///< in the window before
-  Clock::time_point window_began_{};
-};
 
 /// States, goals and coupled plans of all arms, from messages of their drivers and planners. For one thread.
 class ArmView {

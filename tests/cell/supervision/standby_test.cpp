@@ -168,7 +168,7 @@ double share_of(const msg::ArmState& state) {
 
 class SpeedOverride : public Standby {
  protected:
-  static constexpr double kMeasured = 0.04;  ///< of interpolation, and of catching up after stalls of a machine
+  static constexpr double kMeasured = 0.02;  ///< of interpolation
   /// A driver catches up after a late command: for one period the arm is faster, but not on the way of some periods.
   static constexpr std::chrono::milliseconds kWindow{50};
 
@@ -206,7 +206,7 @@ TEST_F(SpeedOverride, SlowsAnArmOnItsWayAndSurvivesBothFailovers) {
   ASSERT_TRUE(reply && reply->done());
   EXPECT_EQ(arm_of(reply->status(), "left").speed(), 0.1);
   // Well below the bound: the other reader may not have the last state above it yet.
-  await_share("a tenth of the speed", [&](double share) { return share < 0.1 + 0.25 * kMeasured && share > 0.05; });
+  await_share("a tenth of the speed", [&](double share) { return share < 0.1 + 0.5 * kMeasured && share > 0.05; });
   static_cast<void>(highest_share());
 
   auto status = await_ready();

@@ -118,17 +118,6 @@ bool is_finite(const RobotData& data) {
 
 }  // namespace
 
-double ClockOffset::age(Clock::time_point now, double timestamp) {
-  const double arrived = std::chrono::duration<double>(now.time_since_epoch()).count();
-  const double difference = arrived - timestamp;
-  if (!least_ || arrived - window_began_ > kWindow) {
-    previous_ = std::exchange(least_, difference);
-    window_began_ = arrived;
-  }
-  least_ = std::min(*least_, difference);
-  return difference - std::min(*least_, previous_.value_or(*least_));
-}
-
 void RtdeClient::open(Clock::time_point now) {
   close();
   connection_.connect(setup_.address, kRtdePort);
@@ -143,7 +132,7 @@ void RtdeClient::close() {
   version_ = 1;
   outputs_ = {};
   data_.reset();
-  offset_ = {};
+  clock_ = services::SenderClock(kClockWindow);
 }
 
 void RtdeClient::fail(std::string sentence) {
@@ -385,8 +374,8 @@ void RtdeClient::take_data(std::string_view payload, Clock::time_point now) {
   if (!complete || !reader.rest().empty()) return fail("sends RTDE data of another length than agreed");
   if (!is_finite(data)) return fail("sends RTDE data that are not finite");
   if (std::abs(data.timestamp) > kLongestUptime) return fail("sends RTDE data whose timestamp is beyond 1e9 s");
-  measured_at_ = now - std::chrono::duration_cast<Clock::duration>(
-                           std::chrono::duration<double>(offset_.age(now, data.timestamp)));
+  const std::chrono::duration<double> stamp(data.timestamp);
+  measured_at_ = clock_.sent(std::chrono::duration_cast<std::chrono::nanoseconds>(stamp).count(), now);
   data_ = data;
   has_worked_ = true;
   deadline_ = now + kSilence;

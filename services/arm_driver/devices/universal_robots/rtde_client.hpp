@@ -17,6 +17,7 @@
 #include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/rtde.hpp"
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
+#include "services/runtime/sender_clock.hpp"
 
 namespace hecaton::device::universal_robots {
 
@@ -40,22 +41,6 @@ struct RtdeSetup {
   double frequency = 500.0;            ///< of data wanted [Hz]; a CB3 sends 125 Hz at most
   std::optional<double> speed_slider;  ///< to be set at the start, 0 to 1; empty: the client does not write it
   std::vector<IoPort> ports = {};      ///< inputs and outputs to read, and the outputs to write
-};
-
-/// The difference between this machine's clock and the robot's, from the quickest packages.
-class ClockOffset {
- public:
-  /// Age of data that were measured at `timestamp` (robot's clock) and arrived at `now` [s]. The quickest package of
-  /// the last seconds counts as age 0: clocks drift, and that of a simulated controller stands still while its machine
-  /// stalls.
-  [[nodiscard]] double age(Clock::time_point now, double timestamp);
-
- private:
-  static constexpr double kWindow = 2.0;  ///< the minimum is over this window and the one before [s]
-
-  std::optional<double> least_;     ///< arrival − timestamp in this window [s]
-  std::optional<double> previous_;  ///< in the window before
-  double window_began_ = 0.0;
 };
 
 /// Connects, agrees on version and recipes, then takes data. No call waits. For one thread.
@@ -120,7 +105,9 @@ class RtdeClient {
   std::optional<RobotData> data_;
   bool has_worked_ = false;  ///< this or an earlier connection had data
   Clock::time_point measured_at_;
-  ClockOffset offset_;
+  /// The clock of a simulated controller stands still while its machine stalls: a short window forgets that soon.
+  static constexpr std::chrono::seconds kClockWindow{2};
+  services::SenderClock clock_{kClockWindow};
 };
 
 }  // namespace hecaton::device::universal_robots

@@ -240,6 +240,18 @@ TEST_F(ArmControlTest, BrakesWhenTheSetPointIsFarFromTheArm) {
   EXPECT_EQ(kind(), CauseKind::CAUSE_NONE);
 }
 
+TEST_F(ArmControlTest, ComparesAnOldMeasurementWithTheCommandThen) {
+  run();
+  plan();
+  period();
+  const double age = control_.command_age_when_measured();
+  EXPECT_NEAR(age, control_.command_age(), 1e-9);
+  device_.age = 30ms;
+  period();
+  EXPECT_NEAR(control_.command_age_when_measured(), control_.command_age() - 0.030, 1e-9);
+  EXPECT_LT(control_.command_age_when_measured(), 0.0) << "the command came after the measurement";
+}
+
 TEST_F(ArmControlTest, BrakesWhenOnlyCommandsOfAnOlderTermArrive) {
   run();
   control_.observe_lease({{}, 2});

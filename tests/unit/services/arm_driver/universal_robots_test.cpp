@@ -83,23 +83,6 @@ class UniversalRobotsTest : public test::DrivenRobot<testing::Test> {
   }
 };
 
-TEST(RtdeClock, ForgetsThatTheClockOfTheRobotStoodStill) {
-  device::universal_robots::ClockOffset offset;
-  const Clock::time_point begin{};
-  const auto age_at = [&](double now, double timestamp) {
-    return offset.age(begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(now)),
-                      timestamp);
-  };
-  for (int k = 0; k < 2000; ++k) EXPECT_NEAR(age_at(0.002 * k, 100.0 + 0.002 * k), 0.0, 1e-6);
-  EXPECT_NEAR(age_at(4.01, 103.99), 0.02, 1e-6) << "late on its way";
-  double age = 0.0;
-  for (int k = 0; k < 2500; ++k) {
-    age = age_at(4.4 + 0.002 * k, 104.1 + 0.002 * k);
-    EXPECT_LT(age, 0.3 + 1e-6);
-  }
-  EXPECT_NEAR(age, 0.0, 1e-6) << "after 5 s";
-}
-
 TEST_F(UniversalRobotsTest, BeginsAtTheMeasuredPositionAndFollowsSetPoints) {
   begin();
   ASSERT_TRUE(until([this] { return session_->active(); })) << text();
