@@ -18,6 +18,7 @@ SOURCE = pathlib.Path(os.environ["HECATON_SOURCE"])
 CELLS = pathlib.Path(os.environ["HECATON_CELLS"])
 THREE_PUMA = CELLS / "three_puma.yaml"
 FIRST, COUNT = 44, 57  # as tests/support/free_domain.cpp
+signal.signal(signal.SIGINT, signal.default_int_handler)  # else programs of a shell's background job ignore it, too
 
 
 def still_cell(folder):

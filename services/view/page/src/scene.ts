@@ -60,6 +60,19 @@ export interface FrameStatistics {
   frames: number;
 }
 
+/** Between two frames that are drawn by software [ms]: planners of the same host need the processor more. */
+const SOFTWARE_PERIOD = 100;
+
+/** False where the browser draws by software (a virtual machine, a remote desktop): smooth edges would take four times as long. */
+function hasGraphicsProcessor(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (context === null) return false;
+  const names = context.getExtension("WEBGL_debug_renderer_info");
+  const name = String(context.getParameter(names === null ? context.RENDERER : names.UNMASKED_RENDERER_WEBGL));
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return !/swiftshader|llvmpipe|softpipe|basic render/i.test(name);
+}
+
 export class CellScene {
   readonly clock = new ServerClock();
   onSelect: (arm: string | null) => void = () => {};
@@ -98,10 +111,11 @@ export class CellScene {
   loading: Promise<unknown> = Promise.resolve();
 
   constructor(private readonly host: HTMLElement, private readonly forPictures = false) {
-    // A picture is taken from the canvas some time after it was drawn.
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: forPictures });
+    // A picture is taken from the canvas some time after it was drawn. Pictures are smooth wherever they are drawn.
+    const fast = hasGraphicsProcessor();
+    this.renderer = new THREE.WebGLRenderer({ antialias: fast || forPictures, preserveDrawingBuffer: forPictures });
     this.renderer.localClippingEnabled = true; // of the section
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, fast || forPictures ? 2 : 1));
     host.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
@@ -120,7 +134,13 @@ export class CellScene {
     new ResizeObserver(() => this.resize()).observe(host);
     this.listenForSelection();
     this.resize();
-    this.renderer.setAnimationLoop(() => this.draw());
+    const period = fast ? 0 : SOFTWARE_PERIOD;
+    let next = 0;
+    this.renderer.setAnimationLoop((now: number) => {
+      if (now < next) return;
+      next = now + period;
+      this.draw();
+    });
   }
 
   // --- messages

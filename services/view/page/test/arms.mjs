@@ -6,7 +6,7 @@ import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
 import WebSocket from "ws";
 import { jointsOf, linkPoses, moved, poseOf, product } from "./kinematics.mjs";
-import { hues, isHue, LAUNCH, open, pixelsOf, shootFresh } from "./pixels.mjs";
+import { huesOf, isHue, LAUNCH, open, pixelsOf, shootFresh } from "./pixels.mjs";
 
 const [url, executablePath, picture, ...words] = process.argv.slice(2);
 const joints = new Map(words.map((word) => word.split("=")).map(([arm, urdf]) => [arm, jointsOf(urdf)]));
@@ -51,11 +51,11 @@ try {
   await page.evaluate(() => window.hecaton.scene.loading);
 
   const shots = [];
-  for (let i = 0; i < 5; ++i) {
+  for (let i = 0; i < 4; ++i) {
     const before = shots[i - 1]?.arms ?? {};
     await page.waitForFunction((arms) => Object.entries(arms).every(([arm, { q }]) =>
-      window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.05)), before); // each arm moves
-    shots.push({ ...await shootFresh(page, names), hues: await page.evaluate(hues) });
+      window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.3)), before); // each arm has moved by some widths of a link
+    shots.push({ ...await shootFresh(page, names), hues: await huesOf(page) });
   }
   if (picture) await page.screenshot({ path: picture });
 

@@ -4,16 +4,19 @@
 // usage: node browser.mjs URL BROWSER [PICTURE.png]
 import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
-import { chroma, hues, LAUNCH, open, pixelsOf, shoot, shootFresh } from "./pixels.mjs";
+import { chroma, huesOf, LAUNCH, open, pixelsOf, shoot, shootFresh } from "./pixels.mjs";
 
 const [url, executablePath, picture] = process.argv.slice(2);
 const ARMS = ["north", "west", "east"];
+const WINDOW = { width: 840, height: 480 }; // drawn by software
+const step = (text) => console.log(text);
 
 const browser = await chromium.launch({ executablePath, ...LAUNCH });
 try {
-  const { page, errors } = await open(browser, url, { width: 1200, height: 700 });
+  const { page, errors } = await open(browser, url, WINDOW);
   await page.waitForFunction((arms) => arms.every((arm) => window.hecaton?.scene.drawn(arm)), ARMS);
 
+  step("states, keys, search");
   // States in words, keys, search.
   await page.waitForFunction(() => document.querySelector("#mode").textContent === "RUN");
   assert.equal(await page.locator("#arms li").count(), 3);
@@ -39,8 +42,9 @@ try {
   await page.keyboard.press("t");
   for (const key of ["s", "p", "l", "2", "3", "4", "f", "t", "1"]) await page.keyboard.press(key);
 
+  step("the stop button");
   // The button that stops the cell is within each window, whatever the cell and its mode are called.
-  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, { width: 1200, height: 700 }]) {
+  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, WINDOW]) {
     await page.setViewportSize(viewport);
     const stop = await page.evaluate(() => {
       const texts = [["#cell", "line 4 of the western hall, three PUMA 560"], ["#mode", "NO SUPERVISOR FOR 12.3 s, LAST RUN 30 %"]]
@@ -61,6 +65,7 @@ try {
     assert.ok(stop.left >= 0 && stop.right <= stop.width && stop.hits.every(Boolean), JSON.stringify({ viewport, stop }));
   }
 
+  step("the way");
   // The way of the tool begins at the tool, and ends elsewhere. W hides it.
   const way = await page.waitForFunction(() => {
     const { scene } = window.hecaton;
@@ -77,11 +82,12 @@ try {
   assert.equal(await drawnWay(), 0);
   await page.keyboard.press("w");
 
+  step("sections");
   // Bodies only, without the halos of above. A section across x takes all away at one end, and nothing at the other.
   for (const key of ["g", "b", "n", "w", "s", "p", "l", "t"]) await page.keyboard.press(key);
   const coloured = async () => {
     await shootFresh(page, ARMS);
-    const all = await page.evaluate(hues);
+    const all = await huesOf(page);
     return ARMS.reduce((sum, _, index) => sum + pixelsOf(all, index).length, 0);
   };
   const whole = await coloured();
@@ -94,14 +100,15 @@ try {
   const at = Number(await slider.inputValue());
   await page.keyboard.press("ArrowLeft");
   assert.ok(Number(await slider.inputValue()) < at, "the key moves the section");
-  const [low, high] = [await slider.getAttribute("min"), await slider.getAttribute("max")];
-  await slider.fill(low);
+  const low = await slider.getAttribute("min");
+  await slider.press("Home");
   const ends = [await coloured()];
-  await slider.fill(high);
+  await slider.press("End");
   ends.push(await coloured());
   ends.sort((a, b) => a - b);
   assert.equal(ends[0], 0, "a section before the first body leaves pixels");
   assert.ok(ends[1] > 0.8 * whole, "a section behind the last body hides something"); // north moves
+  step("the keys of the slider");
   // The slider keeps its own keys, and leaves the others to the page.
   await slider.focus();
   await page.keyboard.press("Home");
@@ -118,7 +125,7 @@ try {
   const fresh = {};
   do {
     fresh.q = (await shootFresh(page, ARMS)).arms.north.q;
-    fresh.all = await page.evaluate(hues);
+    fresh.all = await huesOf(page);
     fresh.chroma = await chromas(fresh.all);
   } while (String(await shown()) !== String(fresh.q));
   console.log("stop the driver");

@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
 import { jointsOf, linkPoses, moved, poseOf } from "./kinematics.mjs";
-import { hues, isHue, LAUNCH, open, shootFresh } from "./pixels.mjs";
+import { huesOf, isHue, LAUNCH, open, shootFresh } from "./pixels.mjs";
 
 const [url, executablePath, urdf, picture] = process.argv.slice(2);
 const joints = jointsOf(urdf);
@@ -62,7 +62,7 @@ try {
   for (const share of [0.25, 0.75]) {
     await seek(share);
     const shot = await shootFresh(page, ["north", "west"]);
-    shots.push({ ...shot, hues: await page.evaluate(hues), poses: posesOf(shot.arms.north) });
+    shots.push({ ...shot, hues: await huesOf(page), poses: posesOf(shot.arms.north) });
     if (picture) await page.screenshot({ path: picture.replace(".png", `-${share}.png`) });
   }
   let worst = 0;

@@ -1,6 +1,6 @@
 // What tests look at in the picture of the page: the colours of a frame, with what is drawn in it.
 
-/** In the page: draws a frame, and keeps its picture for hues() and chroma(). */
+/** In the page: draws a frame, and keeps its picture for huesOf() and chroma(). */
 export const shoot = (names) => {
   const { scene } = window.hecaton;
   const source = scene.drawPicture();
@@ -21,10 +21,14 @@ export async function shootFresh(page, names) {
   }
 }
 
-/** In the page: the hue of each pixel in degrees; −1: grey. */
-export const hues = () => {
+/** The hue of each pixel of the newest shot in degrees; −1: grey. As Base64 it leaves the page in a moment, as JSON in seconds. */
+export async function huesOf(page) {
+  const bytes = Buffer.from(await page.evaluate(hues), "base64");
+  return new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length / 2);
+}
+const hues = () => {
   const { data, width, height } = window.shot;
-  const all = new Array(width * height);
+  const all = new Int16Array(width * height);
   for (let pixel = 0; pixel < all.length; ++pixel) {
     const [r, g, b] = [data[4 * pixel], data[4 * pixel + 1], data[4 * pixel + 2]];
     const most = Math.max(r, g, b);
@@ -32,7 +36,10 @@ export const hues = () => {
     const sixth = most === r ? (g - b) / chroma : most === g ? (b - r) / chroma + 2 : (r - g) / chroma + 4;
     all[pixel] = chroma < 22 ? -1 : Math.round((sixth * 60 + 360) % 360);
   }
-  return all;
+  const bytes = new Uint8Array(all.buffer);
+  let text = "";
+  for (let from = 0; from < bytes.length; from += 4096) text += String.fromCharCode(...bytes.subarray(from, from + 4096));
+  return btoa(text);
 };
 
 /** In the page: how colourful these pixels are, on average. */
@@ -58,9 +65,15 @@ function hueOf(index) {
   return ((most === r ? (g - b) / range : most === g ? (b - r) / range + 2 : (r - g) / range + 4) * 60 + 360) % 360;
 }
 const NEAR = 40; // in any light [°]
-export const isHue = (hue, index) => hue >= 0 && Math.abs(((hue - hueOf(index) + 540) % 360) - 180) < NEAR;
+const isNear = (hue, wanted) => hue >= 0 && Math.abs(((hue - wanted + 540) % 360) - 180) < NEAR;
+export const isHue = (hue, index) => isNear(hue, hueOf(index));
 /** The pixels of an arm. */
-export const pixelsOf = (all, index) => all.flatMap((hue, pixel) => (isHue(hue, index) ? [pixel] : []));
+export function pixelsOf(all, index) {
+  const wanted = hueOf(index);
+  const pixels = [];
+  all.forEach((hue, pixel) => isNear(hue, wanted) && pixels.push(pixel));
+  return pixels;
+}
 
 export const LAUNCH = { args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage"] };
 
