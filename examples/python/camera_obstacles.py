@@ -29,23 +29,34 @@ def frames(count: int) -> Iterator[dict[int, NDArray[np.float64]]]:
 
 
 class SeenObstacles:
-    """Makes the cell's obstacles those of the newest frame. A cloud of the same identifier is the same rigid body."""
+    """Makes the cell's obstacles those of the newest frame. A cloud of the same identifier is the same rigid body. The cell rejects
+    what touches an arm: the next frame tries again."""
 
     def __init__(self, world: hecaton.World) -> None:
         self._world = world
         self._known: set[str] = set()
 
-    def update(self, clouds: dict[int, NDArray[np.float64]]) -> None:
+    def update(self, clouds: dict[int, NDArray[np.float64]]) -> list[hecaton.Rejected]:
         seen = {f"{PREFIX}{identifier}": points for identifier, points in clouds.items()}
-        for name in self._known - seen.keys():
+        rejections = []
+        for name in sorted(self._known | seen.keys()):
+            try:
+                self._edit(name, seen.get(name))
+            except hecaton.Rejected as error:
+                rejections.append(error)
+        return rejections
+
+    def _edit(self, name: str, points: NDArray[np.float64] | None) -> None:
+        if points is None:
             self._world.remove(name)
-        for name, points in seen.items():
-            centre = points.mean(axis=0)
-            if name in self._known:
-                self._world.move(name, hecaton.Pose(centre))
-            else:
-                self._world.add(name, hecaton.ConvexHull(points - centre), hecaton.Pose(centre))
-        self._known = set(seen)
+            self._known.remove(name)
+            return
+        centre = points.mean(axis=0)
+        if name in self._known:
+            self._world.move(name, hecaton.Pose(centre))
+        else:
+            self._world.add(name, hecaton.ConvexHull(points - centre), hecaton.Pose(centre))
+            self._known.add(name)
 
 
 def main() -> int:
@@ -57,9 +68,7 @@ def main() -> int:
         with hecaton.connect(sys.argv[1], timeout=20) as cell:
             obstacles = SeenObstacles(cell.world)
             for clouds in frames(count):
-                try:
-                    obstacles.update(clouds)
-                except hecaton.Rejected as error:
+                for error in obstacles.update(clouds):
                     print(f"{error.kind}: {error}", file=sys.stderr)
             obstacles.update({})
             left = [state.name for state in cell.world.obstacles() if state.name.startswith(PREFIX)]

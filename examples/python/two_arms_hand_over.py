@@ -18,25 +18,28 @@ async def hand_over(cell: hecaton.Cell) -> None:
     model = hecaton.load(sys.argv[1])
     in_gripper = hecaton.Pose.xyz(0, 0, 0.05).matrix
     tool = model.arm("north").forward(north.state().q)
-    cell.world.add(PART, hecaton.Box(0.04, 0.04, 0.04), hecaton.Pose.from_matrix(tool.matrix @ in_gripper))
-    cell.world.attach("north", PART)
+    place = hecaton.Pose.from_matrix(tool.matrix @ in_gripper)
+    # An edit waits for its answer: in a thread of its own it does not keep the other coroutines waiting.
+    await asyncio.to_thread(cell.world.add, PART, hecaton.Box(0.04, 0.04, 0.04), place)
+    await asyncio.to_thread(cell.world.attach, "north", PART)
 
     # North carries it to the shared zone, puts it down and leaves.
     await north.go_to("ready", time_limit=60)
-    cell.world.detach("north", PART)
+    await asyncio.to_thread(cell.world.detach, "north", PART)
     await north.go_to("home", time_limit=60)
 
     # West reaches for the place of the part: 8 cm above it, with the tool downwards. Its yaw is free.
-    part = next(state for state in cell.world.obstacles() if state.name == PART)
+    obstacles = await asyncio.to_thread(cell.world.obstacles)
+    part = next(state for state in obstacles if state.name == PART)
     x, y, z = part.pose.position
     print(f"the part is at {x:.3f} {y:.3f} {z:.3f}")
     above = hecaton.Pose.xyz_rpy(x, y, z + 0.08, 3.14159265, 0, 0)
     await west.go_to(above, free_rotation="yaw", position_tolerance=0.005, orientation_tolerance=0.1)
-    cell.world.attach("west", PART)
+    await asyncio.to_thread(cell.world.attach, "west", PART)
     await west.go_to("home", time_limit=60)
     print(f"west carries {', '.join(west.state().carried)}")
-    cell.world.detach("west", PART)
-    cell.world.remove(PART)
+    await asyncio.to_thread(cell.world.detach, "west", PART)
+    await asyncio.to_thread(cell.world.remove, PART)
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-/// hecaton goal: gives one arm a goal and, with --wait, waits for its end.
+/// hecaton goal: gives one arm a goal and, with --wait or --watch, waits for its end.
 
 #include <cstdio>
 #include <memory>
@@ -32,6 +32,7 @@ struct GoalOptions {
   std::string named;
   ToolGoalOptions tool;
   bool wait = false;
+  bool watch = false;       ///< wait, and print each status
   double time_limit = 0.0;  // [s]; 0: none
 };
 
@@ -49,10 +50,22 @@ void fill(msg::Goal& goal, const GoalOptions& options) {
   }
 }
 
+/// `more`: behind the text of a table. JSON of --watch: one document a line.
+void print_status(const Settings& settings, const GoalOptions& options, const msg::GoalStatus& status,
+                  const std::string& more = "") {
+  if (options.watch && settings.format() == OutputFormat::kJson) {
+    std::printf("%s\n", to_json(status).dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+    std::fflush(stdout);
+  } else {
+    print(settings, to_json(status), options.arm + ": " + goal_text(status) + more + "\n");
+  }
+}
+
 /// Sends one goal and follows it to its end.
 class GoalFollower {
  public:
-  GoalFollower(client::Connection& cell, const GoalOptions& options) : cell_(cell), options_(options) {
+  GoalFollower(client::Connection& cell, const Settings& settings, const GoalOptions& options)
+      : cell_(cell), settings_(settings), options_(options) {
     msg::Goal goal;
     goal.arm(options.arm);
     fill(goal, options);
@@ -81,9 +94,14 @@ class GoalFollower {
     if (!status) return false;
     const auto now = client::Clock::now();
     const bool first = !status_;
-    if (first || client::is_later(*status, *status_)) last_answer_ = now;
+    const bool later = first || client::is_later(*status, *status_);
+    if (later) last_answer_ = now;
     status_ = status;
     if (is_final(status->state()) || !options_.wait) return true;
+    if (options_.watch) {
+      if (later) print_status(settings_, options_, *status);
+      return false;
+    }
     if (first || status->state() != printed_state_ || now > printed_at_ + kPollPeriod) {
       printed_state_ = status->state();
       print_change(goal_text(*status));
@@ -125,6 +143,7 @@ class GoalFollower {
   }
 
   client::Connection& cell_;
+  const Settings& settings_;
   const GoalOptions& options_;
   std::shared_ptr<client::GoalRecord> goal_;
   std::optional<msg::GoalStatus> status_;
@@ -150,7 +169,7 @@ ExitCode outcome_code(const msg::GoalStatus& status) {
 ExitCode run_goal(const Settings& settings, const GoalOptions& options) {
   const Connection cell = connect(settings);
   static_cast<void>(require_arm(cell->status(answer_limit(settings)), options.arm));
-  const msg::GoalStatus status = GoalFollower(*cell, options).run();
+  const msg::GoalStatus status = GoalFollower(*cell, settings, options).run();
   if (!status.note().empty()) std::fprintf(stderr, "note: %s\n", status.note().c_str());
   if (status.cause().kind() == msg::CauseKind::CAUSE_GOAL_ORIENTATION) {
     std::fprintf(stderr,
@@ -160,7 +179,7 @@ ExitCode run_goal(const Settings& settings, const GoalOptions& options) {
   const std::string after = options.wait && is_final(status.state()) && status.state() != msg::GoalState::GOAL_REJECTED
                                 ? " after " + duration_text(status.elapsed())
                                 : "";
-  print(settings, to_json(status), options.arm + ": " + goal_text(status) + after + "\n");
+  print_status(settings, options, status, after);
   const bool open = !is_final(status.state());
   return open ? ExitCode::kDone : outcome_code(status);
 }
@@ -178,10 +197,12 @@ void add_goal(CLI::App& app, Session& session) {
   what->require_option(1);
   command->add_flag("--wait", options->wait,
                     "wait until the goal has ended, and print why the arm is blocked meanwhile");
+  command->add_flag("-w,--watch", options->watch, "as --wait, and print each status, ten a second; JSON: one a line");
   add_duration(*command, "--time-limit", options->time_limit, "after which the planner ends the goal (none)", 0.001,
                86400.0);
   command->callback([&session, options, command] {
     check_tool_goal_options(*command);
+    options->wait = options->wait || options->watch;
     session.action = on_cell([&session, options] { return run_goal(session.settings, *options); });
   });
   command->footer(

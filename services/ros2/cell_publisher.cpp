@@ -73,6 +73,11 @@ void CellPublisher::publish_arm_status(const CellView& view, Clock::time_point n
 }
 
 void CellPublisher::publish_markers(CellView& view, const std::vector<OrderedPath>& ordered) {
+  marker_readers_.resize(marker_topics_.size());
+  for (std::size_t i = 0; i < marker_topics_.size(); ++i) {
+    const int readers = marker_topics_[i].readers();
+    if (readers > std::exchange(marker_readers_[i], readers)) markers_.welcome(i);
+  }
   markers_.update(view, ordered, ros_time(std::chrono::system_clock::now()));
   for (std::size_t i = 0; i < marker_topics_.size(); ++i) {
     if (marker_topics_[i].wanted()) marker_topics_[i].publish(markers_.message(i));

@@ -58,6 +58,7 @@ class CellPublisher {
   std::optional<std::set<std::string>> listed_faults_;  ///< in the newest message that had a status
   CellMarkers markers_;
   std::vector<Publisher<MarkerArray>> marker_topics_;  ///< by CellMarkers::Topic
+  std::vector<int> marker_readers_;                    ///< of each topic, when it was published last
   std::vector<std::unique_ptr<ArmTopics>> arms_;
 };
 

@@ -56,7 +56,8 @@ class Publisher {
     writer_.write(bytes_);
   }
   /// A node reads the topic.
-  [[nodiscard]] bool wanted() const { return writer_.matched() > 0; }
+  [[nodiscard]] bool wanted() const { return readers() > 0; }
+  [[nodiscard]] int readers() const { return writer_.matched(); }
   [[nodiscard]] bus::EndpointId id() const { return writer_.id(); }
 
  private:

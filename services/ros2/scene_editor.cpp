@@ -25,6 +25,14 @@ SceneFrames frames_of(const CellView& view, bus::Clock::time_point now, std::opt
   return frames;
 }
 
+/// Carried by the same arm at the same place of its tool, but for what rounding and measured joints change.
+bool is_same(const std::optional<world::Attachment>& one, const std::optional<world::Attachment>& other) {
+  constexpr double kPlace = 1e-4;  // [m, rad]
+  return one && other && one->arm == other->arm &&
+         (one->X_TO.translation() - other->X_TO.translation()).norm() < kPlace &&
+         Eigen::AngleAxisd(one->X_TO.linear().transpose() * other->X_TO.linear()).angle() < kPlace;
+}
+
 /// What the memory of a scene grows with. A scene without objects counts, too.
 std::size_t parts_of(const SceneEdits& scene) {
   std::size_t parts = 1 + scene.refusals.size();
@@ -64,7 +72,8 @@ void SceneWorker::run(const std::stop_token& stop) {
   while (arrived_.wait(lock, stop, [this] { return !scenes_.empty(); })) {
     const SceneEdits scene = std::move(scenes_.front());
     scenes_.pop_front();
-    report_.refusal.reset();
+    // MoveIt sends many scenes without objects, which say nothing of the refused one.
+    if (!scene.edits.empty()) report_.refusal.reset();
     lock.unlock();
     for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
     for (const SceneEdit& edit : scene.edits) {
@@ -128,18 +137,31 @@ client::Connection::Scene SceneWorker::scene_with(const std::string& obstacle, c
   throw Error("the world service sends no obstacles");
 }
 
+bool SceneWorker::is_carried(const std::string& obstacle, const Wait& wait) {
+  const auto scene = scene_with(obstacle, wait);
+  const auto shapes = scene.shapes.find(obstacle);
+  return shapes != scene.shapes.end() && !shapes->second.obstacle().attached_to().empty();
+}
+
 void SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
   using Kind = SceneEdit::Kind;
   switch (edit.kind) {
     case Kind::kMove:
       return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
-    case Kind::kRemove:
+    case Kind::kRemove: {
+      // In MoveIt a carried object is none of the world: a message that attaches it also removes it there.
+      if (is_carried(edit.obstacle.name, wait)) return;
+      const msg::WorldEditReply reply = request(msg::EditKind::EDIT_REMOVE, edit, wait);
       editions_.erase(edit.obstacle.name);
-      return require(request(msg::EditKind::EDIT_REMOVE, edit, wait));
+      return require(reply);
+    }
     case Kind::kAttach:
-      return require(request(msg::EditKind::EDIT_ATTACH, edit, wait));
-    case Kind::kDetach:
-      return require(request(msg::EditKind::EDIT_DETACH, edit, wait));
+    case Kind::kDetach: {
+      const bool attach = edit.kind == Kind::kAttach;
+      const auto reply = request(attach ? msg::EditKind::EDIT_ATTACH : msg::EditKind::EDIT_DETACH, edit, wait);
+      if (reply.done()) editions_[edit.obstacle.name] = reply.edition();
+      return require(reply);
+    }
     case Kind::kAdd:
     case Kind::kAppend:
       return add_or_replace(edit, wait);
@@ -186,12 +208,15 @@ void SceneWorker::replace(const msg::ObstacleShapes& old, const world::Pose& X_W
   if (same && !next.attachment && before.attached_to().empty()) {
     return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
   }
+  const auto known = messages::from_message(before);
+  if (same && known && is_same(next.attachment, known.value->attachment)) return;  // MoveIt repeats what an arm carries
   require(request(msg::EditKind::EDIT_REMOVE, edit, wait));
   const msg::WorldEditReply reply = add_obstacle(next, wait);
   if (reply.done()) return;
-  if (auto restored = messages::from_message(before)) {
-    restored.value->X_WO = X_WO;
-    require(add_obstacle(*restored, wait));
+  if (known) {
+    world::Obstacle restored = *known;
+    restored.X_WO = X_WO;
+    require(add_obstacle(restored, wait));
   }
   require(reply);
 }

@@ -38,6 +38,8 @@ class SceneWorker {
   void apply(const SceneEdit& edit, const Wait& wait);
   void add_or_replace(const SceneEdit& edit, const Wait& wait);
   void replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next, const Wait& wait);
+  /// True when an arm carries the obstacle. Throws Error.
+  bool is_carried(const std::string& obstacle, const Wait& wait);
   void require(const msg::WorldEditReply& reply) const;
   msg::WorldEditReply request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait);
   msg::WorldEditReply add_obstacle(const world::Obstacle& obstacle, const Wait& wait);

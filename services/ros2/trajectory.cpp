@@ -207,9 +207,16 @@ std::variant<TrajectoryOrder, TrajectoryRefusal> check_trajectory(const Trajecto
   }
 }
 
+double PlannerSilence::update(std::optional<double> reported, double dt) {
+  silence_ = reported == reported_ ? silence_ + dt : 0.0;
+  reported_ = reported;
+  return silence_;
+}
+
 std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) {
   constexpr double kLongestEstimate = 0.25;  // beyond the last report [s]
   elapsed_ += input.dt;
+  const double silence = silence_.update(input.reported, input.dt);
   rate_ = input.rate;
   reported_ = std::max(reported_, input.time);
   time_ = std::max({time_, reported_, std::min(time_ + rate_ * input.dt, reported_ + kLongestEstimate)});
@@ -224,13 +231,12 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
     case GoalReport::kLeftPath:
       return end(TrajectoryCode::kPathTolerance, input.reason);
     case GoalReport::kUnanswered:
-      if (elapsed_ > kAnswerTime) {
+    case GoalReport::kUnderWay:
+      if (silence > kAnswerTime && (input.reported || input.report == GoalReport::kUnanswered)) {
         return end(TrajectoryCode::kInvalidGoal, "no planner of the arm has answered the trajectory for " +
                                                      rounded(kAnswerTime) +
                                                      " s; `hecaton status` shows whether one runs");
       }
-      [[fallthrough]];
-    case GoalReport::kUnderWay:
       if (order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
         return end(TrajectoryCode::kGoalTolerance,
                    "the goal is not reached " + rounded(order_.goal_time_tolerance) + " s after its time" + because);
@@ -251,10 +257,9 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
 }
 
 std::optional<std::string> CancellationWait::update(const Input& input) {
-  silence_ = input.reported == reported_ ? silence_ + input.dt : 0.0;
-  reported_ = input.reported;
+  const double silence = silence_.update(input.reported, input.dt);
   if (input.over) return "canceled by its client";
-  if (silence_ <= TrajectoryFollower::kAnswerTime) return std::nullopt;
+  if (silence <= TrajectoryFollower::kAnswerTime) return std::nullopt;
   return "canceled by its client; no planner of the arm has confirmed it for " +
          rounded(TrajectoryFollower::kAnswerTime) + " s; `hecaton status` shows whether one runs";
 }

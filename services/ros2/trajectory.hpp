@@ -55,6 +55,18 @@ struct TrajectoryRefusal {
 [[nodiscard]] std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names,
                                                             const planner::Arm& arm);
 
+/// How long planners have been silent about a goal.
+class PlannerSilence {
+ public:
+  /// `reported`: age of the goal in the last report of a planner [s]; empty: none yet. `dt`: since the last call [s].
+  /// Returns the silence [s].
+  double update(std::optional<double> reported, double dt);
+
+ private:
+  double silence_ = 0.0;
+  std::optional<double> reported_;
+};
+
 /// Follows one trajectory.
 class TrajectoryFollower {
  public:
@@ -76,9 +88,10 @@ class TrajectoryFollower {
     planner::JointVector q;  ///< measured [rad | m]
     double dt;               ///< since the last call [s]
     GoalReport report = GoalReport::kUnderWay;
-    double time = 0.0;        ///< of the trajectory, as the planner reported it last [s]
-    double rate = 0.0;        ///< of that time
-    std::string reason = {};  ///< of the report, and why the arm is late, for people
+    double time = 0.0;                    ///< of the trajectory, as the planner reported it last [s]
+    double rate = 0.0;                    ///< of that time
+    std::string reason = {};              ///< of the report, and why the arm is late, for people
+    std::optional<double> reported = {};  ///< age of the goal in the last report of a planner [s]; empty: none
   };
   /// The end of the trajectory; kSuccessful: at its goal. Empty: it goes on.
   [[nodiscard]] std::optional<TrajectoryRefusal> update(const Input& input);
@@ -93,6 +106,7 @@ class TrajectoryFollower {
   double rate_ = 0.0;
   double reported_ = 0.0;  ///< time of the last report [s]
   double elapsed_ = 0.0;   ///< since the start, with waits [s]
+  PlannerSilence silence_;
 };
 
 /// Waits until the planner has ended the goal of a cancelled trajectory.
@@ -108,8 +122,7 @@ class CancellationWait {
   [[nodiscard]] std::optional<std::string> update(const Input& input);
 
  private:
-  double silence_ = 0.0;  ///< of planners [s]
-  std::optional<double> reported_;
+  PlannerSilence silence_;
 };
 
 }  // namespace hecaton::ros2

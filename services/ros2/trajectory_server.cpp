@@ -12,8 +12,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kFeedbackPeriod = 40ms;
-constexpr auto kCancelPeriod = 1s;        // between attempts to cancel
-constexpr std::size_t kMostWaiting = 64;  // requests for results
+constexpr auto kCancelPeriod = 1s;         // between attempts to cancel
+constexpr std::size_t kMostWaiting = 64;   // requests for results
+constexpr std::size_t kMostReplaced = 16;  // trajectories that wait for an answer of the planner
 /// After a restart, clients of the earlier process are discovered within this time, and planners report their goals.
 constexpr auto kRediscovery = 3s;
 constexpr auto kPlannerReport = 5s;
@@ -198,8 +199,14 @@ void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point 
     return;
   }
   const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
-  active_.emplace(Active{id, TrajectoryFollower(std::move(*order)), active.order,
-                         client::Connection::adopt(connection_, arm_.name, active.goal), begun, begun, std::nullopt,
+  active_.emplace(Active{id,
+                         TrajectoryFollower(std::move(*order)),
+                         active.order,
+                         client::Connection::adopt(connection_, arm_.name, active.goal),
+                         {},
+                         begun,
+                         begun,
+                         std::nullopt,
                          true});
   if (active.canceling) {
     active_->cancellation.emplace();
@@ -266,15 +273,29 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
       is_stamp_zero(begin) ? 0.0 : seconds_of(ros_time(std::chrono::system_clock::now())) - seconds_of(begin);
   auto checked = check_trajectory(request.goal, arm_, measured(arm), age);
   if (const auto* refusal = std::get_if<TrajectoryRefusal>(&checked)) return refuse(refusal->code, refusal->text);
+  std::vector<Goal> replaced = replaceable();
+  if (replaced.size() > kMostReplaced) {
+    return refuse(TrajectoryCode::kInvalidGoal, "the planner of arm " + arm_.name + " has not answered the last " +
+                                                    std::to_string(kMostReplaced) + " trajectories");
+  }
   if (active_) {
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, "a later trajectory has replaced this one", now);
   }
   active_.emplace(Active{id, TrajectoryFollower(std::get<TrajectoryOrder>(std::move(checked))), request.goal,
-                         std::nullopt, now, now});
+                         std::nullopt, std::move(replaced), now, now});
   services::log_info("trajectory accepted", {{"arm", arm_.name}, {"duration_s", active_->follower.order().duration()}});
   send_goal(now);
   save();
   status_.publish(goals_.statuses());
+}
+
+std::vector<Goal> TrajectoryServer::replaceable() const {
+  if (!active_) return {};
+  std::vector<Goal> goals;
+  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  if (!progress || progress->state == GoalState::kRejected) goals = active_->replaced;
+  if (active_->goal && !(progress && is_final(progress->state))) goals.push_back(*active_->goal);
+  return goals;
 }
 
 void TrajectoryServer::take_cancellations(Clock::time_point now) {
@@ -347,6 +368,7 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
   try {
     active_->goal = Cell(connection_).arm(arm_.name).follow(trajectory);
   } catch (const Error& error) {
+    cancel_active(now);
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, error.what(), now);
   }
 }
@@ -360,6 +382,7 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   bool over = !active_->goal;
   const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
   if (!progress && !active_->restored) input.report = TrajectoryFollower::GoalReport::kUnanswered;
+  if (progress) input.reported = progress->elapsed.count();
   if (is_lost_since_restart(progress, now)) {
     over = true;
     input.report = TrajectoryFollower::GoalReport::kLost;
@@ -367,6 +390,7 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   }
   if (progress) {
     over = is_final(progress->state);
+    if (progress->state != GoalState::kRejected) active_->replaced.clear();  // the planner has left them
     input.reason = reason_of(*progress);
     if (progress->trajectory_time) input.time = progress->trajectory_time->count();
     input.rate = progress->trajectory_rate;
@@ -404,10 +428,10 @@ void TrajectoryServer::await_cancellation(Clock::time_point now) {
 }
 
 void TrajectoryServer::cancel_active(Clock::time_point now) {
-  if (!active_->goal) return;
   cancel_tried_ = now;
   try {
-    active_->goal->cancel();
+    for (Goal& goal : active_->replaced) goal.cancel();
+    if (active_->goal) active_->goal->cancel();
     active_->cancel_sent = true;
   } catch (const Error& error) {
     services::log_warning("trajectory not cancelled at its planner", {{"arm", arm_.name}, {"reason", error.what()}});

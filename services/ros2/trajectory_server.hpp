@@ -94,6 +94,8 @@ class TrajectoryServer {
     TrajectoryFollower follower;
     TrajectoryGoal order;      ///< as the client wrote it
     std::optional<Goal> goal;  ///< for the planner
+    std::vector<Goal> replaced =
+        {};  ///< which the planner goes on with if it rejects this one: then they are cancelled
     Clock::time_point begun{};
     Clock::time_point updated{};
     std::optional<CancellationWait> cancellation = {};  ///< empty: no client has cancelled it
@@ -108,9 +110,13 @@ class TrajectoryServer {
   void take_cancellations(Clock::time_point now);
   void take_result_requests(Clock::time_point now);
   void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
+  /// Earlier goals that the planner may still go on with when a later one comes: the active one, and before it accepts
+  /// that, those which it replaces.
+  [[nodiscard]] std::vector<Goal> replaceable() const;
   void follow(const ArmSnapshot& arm, Clock::time_point now);
   void await_cancellation(Clock::time_point now);
-  /// Cancels the active goal at its planner. A failure is logged; later calls try again, once a second.
+  /// Cancels the active goal, and those that it replaces, at the planner. A failure is logged; later calls try again,
+  /// once a second.
   void cancel_active(Clock::time_point now);
   [[nodiscard]] bool is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const;
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);

@@ -228,7 +228,9 @@ DiagnosticStatus status_of(const ArmSnapshot& arm, bus::Clock::time_point now) {
     status.values.push_back({"binding_pair", goal.binding_own() + " – " + goal.binding_other()});
     status.values.push_back({"binding_distance", decimals(goal.binding_distance()) + " m"});
   }
-  if (status.level == level::kOk && goal.state() == msg::GoalState::GOAL_BLOCKED) {
+  const bool failed = goal.state() == msg::GoalState::GOAL_BLOCKED || goal.state() == msg::GoalState::GOAL_REJECTED ||
+                      goal.state() == msg::GoalState::GOAL_TIMED_OUT;
+  if (status.level == level::kOk && failed) {
     status.level = level::kWarn;
     status.message = goal.cause().text();
   }

@@ -50,6 +50,8 @@ class CellMarkers {
   explicit CellMarkers(const planner::Cell& cell, MarkerLayer::Content content = MarkerLayer::Content::kChanges)
       : cell_(cell), layers_{MarkerLayer(content), MarkerLayer(content), MarkerLayer(content), MarkerLayer(content)} {}
 
+  /// A reader of the topic is new.
+  void welcome(std::size_t topic) { layers_[topic].welcome(); }
   /// `ordered`: paths to draw beside the plans. `stamp`: of the markers.
   void update(CellView& view, const std::vector<OrderedPath>& ordered, const Time& stamp);
   /// Of the last update(). Valid until the next one.

@@ -34,6 +34,8 @@ class MarkerLayer {
   };
   explicit MarkerLayer(Content content = Content::kChanges) : content_(content) {}
 
+  /// A reader is new: it may show what an earlier process has left, and the next message deletes that.
+  void welcome() { first_ = true; }
   /// Begins a message. The first one deletes what an earlier process has left.
   void begin(const Time& stamp);
   /// A marker with its header, namespace, number and colour; lines and texts get their points and text by the caller.

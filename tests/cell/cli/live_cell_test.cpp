@@ -69,6 +69,23 @@ TEST_F(LiveCell, ReachesGoalsAndRejectsBadOnes) {
   EXPECT_EQ(run({"wait", "east", "--timeout", "100ms"}).code, 4) << "it has no goal";
 }
 
+TEST_F(LiveCell, PrintsEachStatusOfAWatchedGoal) {
+  const Ran ran = run({"goal", "north", "--named", "ready", "--watch", "--time-limit", "60s", "-o", "json"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  std::istringstream lines(ran.out);
+  std::vector<Json> statuses;
+  for (std::string line; std::getline(lines, line);) statuses.push_back(Json::parse(line));
+  ASSERT_GE(statuses.size(), 3U) << ran.out;
+  EXPECT_EQ(statuses.back().at("state"), "reached");
+  double farthest = 0.0;
+  for (std::size_t i = 1; i < statuses.size(); ++i) {
+    farthest = std::max(farthest, statuses[i].at("distance_to_goal").get<double>());
+    EXPECT_NE(statuses[i - 1].at("state"), "reached");
+    EXPECT_GE(statuses[i].at("elapsed_s"), statuses[i - 1].at("elapsed_s"));
+  }
+  EXPECT_LT(statuses[statuses.size() - 2].at("distance_to_goal"), farthest);
+}
+
 TEST_F(LiveCell, ReachesAToolPose) {
   const Ran ran = run({"goal", "east", "--pose", "-0.1 -0.15 0.85 3.14159 0 0", "--wait", "--time-limit", "60s"});
   EXPECT_EQ(ran.code, 0) << ran.out << ran.err;

@@ -337,25 +337,25 @@ class Obstacles(LiveCell):
     def test_mesh_of_many_vertices_is_accepted(self):
         directions = np.random.default_rng(1).normal(size=(500, 3))
         ball = 0.1 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        self.cell.world.add("mesh", hecaton.ConvexHull(ball), hecaton.Pose.xyz(3, 3, 1))
+        self.cell.world.add("mesh", hecaton.ConvexHull(ball), hecaton.Pose.xyz(3, 3, 1), timeout=LONG)
         self.wait_for(lambda states: "mesh" in states)
-        self.cell.world.remove("mesh")
+        self.cell.world.remove("mesh", timeout=LONG)
 
     def test_largest_cloud_of_points_appears_and_must_be_clear_of_the_arms(self):
         world = self.cell.world
         points = np.random.default_rng(1).uniform(-0.5, 0.5, size=(100_000, 3))
-        world.add("scan", hecaton.Points(points, 0.01), hecaton.Pose.xyz(4, 4, 1))
+        world.add("scan", hecaton.Points(points, 0.01), hecaton.Pose.xyz(4, 4, 1), timeout=LONG)
         self.wait_for(lambda states: "scan" in states)
         north = self.cell.arm("north")
         tool = hecaton.load(self.file).arm("north").forward(north.state().q)
         with self.assertRaises(hecaton.Rejected) as raised:
-            world.move("scan", tool)
+            world.move("scan", tool, timeout=LONG)
         self.assertIn("must be clear of the arms", str(raised.exception))
         with self.assertRaises(hecaton.Rejected) as raised:
-            world.attach("north", "scan")
+            world.attach("north", "scan", timeout=LONG)
         self.assertIn("points", str(raised.exception))
         self.assertTrue(north.go_to("home").wait(LONG))
-        world.remove("scan")
+        world.remove("scan", timeout=LONG)
         self.wait_for(lambda states: "scan" not in states)
         for bad in (points[:0], np.vstack([points, points[:1]]), [[0, 0, float("nan")]]):
             with self.assertRaises(hecaton.InvalidArgument):

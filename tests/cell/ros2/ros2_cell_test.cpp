@@ -222,6 +222,11 @@ TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
   scene.world().collision_objects().clear();
   scenes.write(scene);
   EXPECT_EQ(carrier("west"), "west");
+  // MoveIt repeats what an arm carries, and removes it from the world in the same message. Planners go on knowing it.
+  moveit_msgs::msg::PlanningScene again = scene;
+  again.world().collision_objects() = {attached.object()};
+  again.world().collision_objects()[0].operation(1);
+  scenes.write(again);
   attached.object().operation(1);
   scenes.write(scene);
   EXPECT_EQ(carrier("none"), "none");
@@ -478,6 +483,37 @@ TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
   EXPECT_EQ(result->result().error_string(), "a later trajectory has replaced this one");
   ASSERT_TRUE((result = client.await_result(*second)));
   EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+}
+
+TEST_F(Ros2Cell, StopsTheArmWhenThePlannerRejectsTheTrajectoryThatReplacesAnother) {
+  const Cell cell = connect();
+  ActionClient client(*peer_, "north");
+  ASSERT_TRUE(client.wait_available());
+  const auto start = home(cell, "north");
+  std::vector<double> end = start;
+  end[0] += 0.9;
+  cell.world().add("obstruction", Box{0.06, 0.06, 0.06}, tool_at("north", end), Static{}, kLong);
+  std::vector<double> delta(start.size(), 0.0);
+  delta[0] = -0.4;
+  const auto first = client.send(client.ramp(start, delta, 40.0));
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(client.feedback.next(
+      [&](const auto& message) { return message.feedback().desired().time_from_start().sec() >= 1; }));
+  const auto second = client.send(client.smooth(cell.arm("north").state(kLong).q, end, 10.0));
+  ASSERT_TRUE(second);
+  const auto result = client.await_result(*second);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_TRUE(result->result().error_string().starts_with("the planner rejects the trajectory"));
+  // Its client knows that the first one has ended, too.
+  const bool ended = cell.wait_until(
+      [&] {
+        const auto goal = cell.arm("north").goal();
+        return goal && goal->state == GoalState::kCancelled;
+      },
+      kLong);
+  EXPECT_TRUE(ended) << "the arm goes on along a trajectory that has ended for its client";
+  EXPECT_NO_THROW(cell.world().remove("obstruction", kLong));
 }
 
 TEST_F(Ros2Cell, ReportsAFaultAsAnErrorUntilItIsOver) {

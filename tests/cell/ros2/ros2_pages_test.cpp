@@ -204,7 +204,7 @@ TEST_F(MoveItPage, NamesControllersAndJointsAsTheServiceDoes) {
   const YamlNode moveit = config::read_yaml_text(block("moveit.md", "yaml", 1), "moveit.md");
   const YamlNode& manager = at(moveit, "moveit_simple_controller_manager");
   const auto controllers = texts(at(manager, "controller_names"));
-  ASSERT_EQ(controllers, std::vector<std::string>{"north"});
+  ASSERT_EQ(controllers, std::vector<std::string>{"follow_joint_trajectory"});
   const YamlNode& controller = at(manager, controllers[0]);
   EXPECT_EQ(at(controller, "type").text, "FollowJointTrajectory");
   const auto joints = texts(at(controller, "joints"));
@@ -212,7 +212,10 @@ TEST_F(MoveItPage, NamesControllersAndJointsAsTheServiceDoes) {
   PeerReader<sensor_msgs::msg::JointStatePubSubType> all(peer, "rt/joint_states");
   std::vector<std::string> prefixed;
   for (const std::string arm : {"north", "south"}) {
-    const std::string base = "/" + arm + "/" + at(controller, "action_ns").text + "/_action/";
+    // As MoveIt names its action client, in the namespace of the arm.
+    const std::string& action_ns = at(controller, "action_ns").text;
+    const std::string base =
+        "/" + arm + "/" + controllers[0] + (action_ns.empty() ? "" : "/" + action_ns) + "/_action/";
     expect_served<PeerClient<action::FollowJointTrajectory_SendGoal_RequestPubSubType,
                              action::FollowJointTrajectory_SendGoal_ResponsePubSubType>>(peer, base + "send_goal");
     expect_served<PeerClient<action::FollowJointTrajectory_GetResult_RequestPubSubType,

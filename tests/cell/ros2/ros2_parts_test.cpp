@@ -372,6 +372,36 @@ TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
   for (int i = 0; i < 40; ++i) EXPECT_FALSE(answered.update(input)) << i;
 }
 
+TEST(Ros2Trajectory, EndsWhenItsPlannerFallsSilent) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.dt = 0.5;
+  for (int i = 0; i < 100; ++i) {  // a held arm goes on reporting
+    input.reported = 0.1 * i;
+    EXPECT_FALSE(follower.update(input)) << i;
+  }
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(follower.update(input)) << i;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos);
+}
+
+TEST(Ros2Markers, DeleteWhatANewReaderMayShowOfAnEarlierProcess) {
+  ros2::MarkerLayer layer;
+  const auto begins_anew = [&] {
+    layer.begin({});
+    layer.add_text("arm", "north", {0.0, 0.0, 1.0}, {});
+    const auto& markers = layer.end().markers;
+    return markers.front().action == ros2::marker::kDeleteAll && markers.size() == 2;
+  };
+  EXPECT_TRUE(begins_anew());
+  EXPECT_FALSE(begins_anew());
+  layer.welcome();
+  EXPECT_TRUE(begins_anew());
+  EXPECT_FALSE(begins_anew());
+}
+
 TEST(Ros2CancellationWait, EndsWithItsGoalOrAfterASilenceOfThePlanner) {
   ros2::CancellationWait over;
   EXPECT_FALSE(over.update({.dt = 0.5, .reported = 1.0}));
