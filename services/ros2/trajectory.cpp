@@ -221,6 +221,7 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
   reported_ = std::max(reported_, input.time);
   time_ = std::max({time_, reported_, std::min(time_ + rate_ * input.dt, reported_ + kLongestEstimate)});
   time_ = std::min(time_, order_.duration());
+  if (!input.reason.empty()) late_because_ = input.reason;
   const std::string because = input.reason.empty() ? "" : ": " + input.reason;
   const auto end = [&](TrajectoryCode code, std::string text) { return TrajectoryRefusal{code, std::move(text)}; };
   switch (input.report) {
@@ -238,8 +239,10 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
                                                      " s; `hecaton status` shows whether one runs");
       }
       if (order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
-        return end(TrajectoryCode::kGoalTolerance,
-                   "the goal is not reached " + rounded(order_.goal_time_tolerance) + " s after its time" + because);
+        const bool before = input.reason.empty() && !late_because_.empty();
+        return end(TrajectoryCode::kGoalTolerance, "the goal is not reached " + rounded(order_.goal_time_tolerance) +
+                                                       " s after its time" +
+                                                       (before ? "; it was late before: " + late_because_ : because));
       }
       return std::nullopt;
     case GoalReport::kReached:

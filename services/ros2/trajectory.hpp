@@ -107,6 +107,7 @@ class TrajectoryFollower {
   double reported_ = 0.0;  ///< time of the last report [s]
   double elapsed_ = 0.0;   ///< since the start, with waits [s]
   PlannerSilence silence_;
+  std::string late_because_;  ///< newest reason for being late, which may be over
 };
 
 /// Waits until the planner has ended the goal of a cancelled trajectory.

@@ -445,16 +445,14 @@ TEST_F(CellWithStandbys, IsRecomputedToTheLastBitAfterAFailover) {
   EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
   const Json result = Json::parse(verified.out);
   ASSERT_EQ(result.at("arms").size(), 3U);
-  int recomputed = 0;  // a busy machine loses ticks of some arms
   for (const Json& arm : result.at("arms")) {
     EXPECT_EQ(arm.at("differing"), 0) << arm;
     EXPECT_EQ(arm.at("differing_memories"), 0) << arm;
     EXPECT_EQ(arm.at("differing_commands"), 0) << arm;
+    EXPECT_GT(arm.at("recomputed").get<int>(), 100) << arm;
     EXPECT_GT(arm.at("commands").get<int>(), 100) << arm;
-    recomputed += arm.at("recomputed").get<int>();
     std::printf("%s\n", arm.dump().c_str());
   }
-  EXPECT_GT(recomputed, 100);
 }
 
 TEST(Record, SaysWhatItNeeds) {

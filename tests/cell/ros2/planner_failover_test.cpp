@@ -38,9 +38,9 @@ class Ros2Failover : public testing::Test {
             ", namespace: /cell, control: true, host: alpha}\n";
     cell_file_ = folder_.write("cell.yaml", text);
     for (const char* host : {"alpha", "beta"}) {
-      agents_.push_back(
-          std::make_unique<Process>(std::vector<std::string>{kBin + "hecaton-agent", cell_file_, "--host", host, "--domain",
-                                                             domain_, "--clean", "--log-dir", folder_.path(host)}));
+      agents_.push_back(std::make_unique<Process>(std::vector<std::string>{kBin + "hecaton-agent", cell_file_, "--host",
+                                                                           host, "--domain", domain_, "--clean",
+                                                                           "--log-dir", folder_.path(host)}));
     }
   }
   ~Ros2Failover() override {

@@ -245,6 +245,12 @@ class Ros2Cell : public testing::Test {
     const Eigen::Quaterniond rotation(kinematics.X_WT.linear());
     return {{p.x(), p.y(), p.z()}, {rotation.w(), rotation.x(), rotation.y(), rotation.z()}};
   }
+  /// `q` of `north` with joint 1 0.9 rad on, where an obstacle is now: small, so that it is clear of all arms.
+  static std::vector<double> obstructed(const Cell& cell, std::vector<double> q) {
+    q[0] += 0.9;
+    cell.world().add("obstruction", Box{0.06, 0.06, 0.06}, tool_at("north", q), Static{}, kLong);
+    return q;
+  }
 
   /// Adds a ball that comes from above to where the tool of an arm is at q, and 50 mm deeper. It moves in time with the
   /// shuttle of the cell, which tells when the ball begins far above the arm.

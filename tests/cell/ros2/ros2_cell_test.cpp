@@ -189,6 +189,19 @@ TEST_F(Ros2Cell, EditsObstaclesByPlanningScenes) {
     });
   });
   EXPECT_TRUE(refused);
+  // MoveIt's scenes without objects say nothing of the refused one.
+  moveit_msgs::msg::PlanningScene states_only;
+  states_only.is_diff(true);
+  scenes.write(states_only);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(diagnostics.next([](const auto& message) {
+      const auto& all = message.status();
+      const auto scene =
+          std::find_if(all.begin(), all.end(), [](const auto& one) { return one.name() == "hecaton: planning scene"; });
+      EXPECT_TRUE(scene != all.end() && scene->level() == 1);
+      return true;
+    }));
+  }
   markers.clear();
   EXPECT_TRUE(shown(1, 3.0, 0.4));
   scenes.write(scene_with("box", kRemove, {}, 0.0));
@@ -222,6 +235,8 @@ TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
   scene.world().collision_objects().clear();
   scenes.write(scene);
   EXPECT_EQ(carrier("west"), "west");
+  const auto edited =
+      cell.world().add("probe", Sphere{0.05}, Pose{.position = {3.0, 3.0, 0.5}}, Static{}, kLong).edition;
   // MoveIt repeats what an arm carries, and removes it from the world in the same message. Planners go on knowing it.
   moveit_msgs::msg::PlanningScene again = scene;
   again.world().collision_objects() = {attached.object()};
@@ -230,7 +245,8 @@ TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
   attached.object().operation(1);
   scenes.write(scene);
   EXPECT_EQ(carrier("none"), "none");
-  cell.world().remove("part", kLong);
+  EXPECT_EQ(cell.world().remove("part", kLong).edition, edited + 2) << "the detachment, and this one";
+  cell.world().remove("probe", kLong);
 }
 
 /// The newest goal of an arm is reached there.
@@ -426,10 +442,7 @@ TEST_F(Ros2Cell, NamesThePairAndTheDistanceOfARefusedGoal) {
   ActionClient client(*peer_, "north");
   ASSERT_TRUE(client.wait_available());
   const auto start = home(cell, "north");
-  std::vector<double> end = start;
-  end[0] += 0.9;
-  // Small: it must be clear of all arms at the start.
-  cell.world().add("obstruction", Box{0.06, 0.06, 0.06}, tool_at("north", end), Static{}, kLong);
+  const auto end = obstructed(cell, start);
   const auto id = client.send(client.smooth(start, end, 4.0));
   ASSERT_TRUE(id);
   const auto result = client.await_result(*id);
@@ -490,9 +503,7 @@ TEST_F(Ros2Cell, StopsTheArmWhenThePlannerRejectsTheTrajectoryThatReplacesAnothe
   ActionClient client(*peer_, "north");
   ASSERT_TRUE(client.wait_available());
   const auto start = home(cell, "north");
-  std::vector<double> end = start;
-  end[0] += 0.9;
-  cell.world().add("obstruction", Box{0.06, 0.06, 0.06}, tool_at("north", end), Static{}, kLong);
+  const auto end = obstructed(cell, start);
   std::vector<double> delta(start.size(), 0.0);
   delta[0] = -0.4;
   const auto first = client.send(client.ramp(start, delta, 40.0));

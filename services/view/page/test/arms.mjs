@@ -51,7 +51,7 @@ try {
   await page.evaluate(() => window.hecaton.scene.loading);
 
   const shots = [];
-  for (let i = 0; i < 4; ++i) {
+  for (let i = 0; i < 5; ++i) {
     const before = shots[i - 1]?.arms ?? {};
     await page.waitForFunction((arms) => Object.entries(arms).every(([arm, { q }]) =>
       window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.3)), before); // each arm has moved by some widths of a link

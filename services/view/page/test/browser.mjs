@@ -44,7 +44,8 @@ try {
 
   step("the stop button");
   // The button that stops the cell is within each window, whatever the cell and its mode are called.
-  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, WINDOW]) {
+  for (const viewport of [{ width: 768, height: 1024 }, { width: 360, height: 640 }, { width: 1200, height: 700 },
+                          WINDOW]) {
     await page.setViewportSize(viewport);
     const stop = await page.evaluate(() => {
       const texts = [["#cell", "line 4 of the western hall, three PUMA 560"], ["#mode", "NO SUPERVISOR FOR 12.3 s, LAST RUN 30 %"]]

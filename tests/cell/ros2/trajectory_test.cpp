@@ -1,0 +1,329 @@
+/// Trajectories and action goals of ROS 2 without a running cell.
+
+#include "services/ros2/trajectory.hpp"
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "services/ros2/action_checkpoint.hpp"
+#include "services/ros2/trajectory_server.hpp"
+#include "tests/cell/ros2/three_puma.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace hecaton::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+using planner::JointVector;
+using ros2::TrajectoryCode;
+using ros2::TrajectoryFollower;
+
+ros2::TrajectoryGoal ramp(const JointVector& q, double step, double seconds) {
+  ros2::TrajectoryGoal goal;
+  goal.trajectory.joint_names = northern_arm().model->joint_names;
+  for (int i = 0; i <= 4; ++i) {
+    ros2::JointTrajectoryPoint point;
+    point.positions.assign(q.begin(), q.end());
+    point.positions[0] += step * i / 4.0;
+    point.velocities.assign(point.positions.size(), 0.0);
+    point.time_from_start = ros2::ros_duration(seconds * i / 4.0);
+    goal.trajectory.points.push_back(point);
+  }
+  return goal;
+}
+
+TrajectoryCode code_of(const ros2::TrajectoryGoal& goal, double age = 0.0) {
+  const auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), age);
+  const auto* refusal = std::get_if<ros2::TrajectoryRefusal>(&checked);
+  EXPECT_TRUE(refusal == nullptr || !refusal->text.empty());
+  return refusal == nullptr ? TrajectoryCode::kSuccessful : refusal->code;
+}
+
+TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
+  const JointVector& home = northern_arm().home();
+  const ros2::TrajectoryGoal good = ramp(home, 0.4, 2.0);
+  EXPECT_EQ(code_of(good), TrajectoryCode::kSuccessful);
+  auto goal = good;
+  for (std::string& name : goal.trajectory.joint_names) name = "north_" + name;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kSuccessful);
+  goal.trajectory.joint_names[1] = goal.trajectory.joint_names[0];
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  goal = good;
+  goal.trajectory.joint_names.pop_back();
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  goal = good;
+  goal.trajectory.points[2].time_from_start = goal.trajectory.points[1].time_from_start;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points[0].positions[0] += 0.2;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal) << "it begins away from the arm";
+  goal = good;
+  goal.trajectory.points[3].positions[2] = 99.0;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points[3].positions[2] = std::nan("");
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal = good;
+  goal.trajectory.points.back().velocities[0] = 0.5;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  EXPECT_EQ(code_of(ramp(home, 0.4, 0.2)), TrajectoryCode::kInvalidGoal) << "faster than the arm";
+  goal = good;
+  goal.trajectory.points.back().time_from_start.sec = 3601;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal) << "longer than an hour";
+  goal.trajectory.points.back().time_from_start.sec = 3600;
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kSuccessful);
+  goal = good;
+  goal.path_tolerance.push_back({"no_joint", 0.1, 0.0, 0.0});
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
+  EXPECT_EQ(code_of(good, 5.0), TrajectoryCode::kOldStamp);
+  EXPECT_EQ(code_of(ros2::TrajectoryGoal{}), TrajectoryCode::kInvalidJoints);
+}
+
+TrajectoryFollower follower_of(const ros2::TrajectoryGoal& goal) {
+  auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
+  return TrajectoryFollower(std::get<ros2::TrajectoryOrder>(std::move(checked)));
+}
+
+/// One that has come to `time` of the trajectory.
+TrajectoryFollower::Input under_way(double time, double rate, std::string reason = {}) {
+  return {northern_arm().home(), 0.01, TrajectoryFollower::GoalReport::kUnderWay, time, rate, std::move(reason)};
+}
+
+TEST(Ros2Trajectory, KeepsVelocitiesAndTolerancesOfItsPoints) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.path_tolerance.push_back({"joint2", 0.05, 0.0, 0.0});
+  goal.path_tolerance.push_back({"joint3", -1.0, 0.0, 0.0});
+  const auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
+  const planner::TimedTrajectory& trajectory = std::get<ros2::TrajectoryOrder>(checked).trajectory;
+  ASSERT_EQ(trajectory.points.size(), goal.trajectory.points.size());
+  EXPECT_EQ(trajectory.duration(), 4.0);
+  EXPECT_EQ(trajectory.points[2].qd.size(), northern_arm().home().size());
+  EXPECT_EQ(trajectory.path_tolerance[1], 0.05);
+  EXPECT_TRUE(std::isinf(trajectory.path_tolerance[2])) << "-1 erases a tolerance";
+  EXPECT_TRUE(trajectory.has_path_tolerance());
+}
+
+TEST(Ros2Trajectory, HasTheTimeThatThePlannerReports) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
+  EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
+  EXPECT_NEAR(follower.time(), 1.0, 1e-9);
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(follower.update(under_way(1.0, 1.0)));
+  EXPECT_NEAR(follower.time(), 1.1, 1e-9) << "between two reports it is estimated";
+  EXPECT_FALSE(follower.update(under_way(1.05, 0.0)));
+  EXPECT_NEAR(follower.time(), 1.1, 1e-9) << "it never falls";
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(follower.update(under_way(1.2, 0.5)));
+  EXPECT_LT(follower.time(), 1.5) << "without a report the estimate ends";
+}
+
+TEST(Ros2Trajectory, SucceedsWhenThePlannerHasReachedItsEnd) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
+  TrajectoryFollower::Input input = under_way(4.0, 1.0);
+  input.q = follower.order().trajectory.end();
+  EXPECT_FALSE(follower.update(input));
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful);
+}
+
+TEST(Ros2Trajectory, EndsWhenNoPlannerAnswersIt) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.dt = 0.5;
+  input.report = TrajectoryFollower::GoalReport::kUnanswered;
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(follower.update(input)) << i;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos)
+      << end->text;
+
+  TrajectoryFollower answered = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+  EXPECT_FALSE(answered.update(input));
+  input.report = TrajectoryFollower::GoalReport::kUnderWay;
+  for (int i = 0; i < 40; ++i) EXPECT_FALSE(answered.update(input)) << i;
+}
+
+TEST(Ros2Trajectory, EndsWhenItsPlannerFallsSilent) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.dt = 0.5;
+  for (int i = 0; i < 100; ++i) {  // a held arm goes on reporting
+    input.reported = 0.1 * i;
+    EXPECT_FALSE(follower.update(input)) << i;
+  }
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(follower.update(input)) << i;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos);
+}
+
+TEST(Ros2CancellationWait, EndsWithItsGoalOrAfterASilenceOfThePlanner) {
+  ros2::CancellationWait over;
+  EXPECT_FALSE(over.update({.dt = 0.5, .reported = 1.0}));
+  EXPECT_EQ(over.update({.dt = 0.5, .over = true, .reported = 1.5}), "canceled by its client");
+
+  ros2::CancellationWait silent;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(silent.update({.dt = 0.5, .reported = 0.1 * i})) << i;
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(silent.update({.dt = 0.5, .reported = 9.9})) << i;
+  const auto end = silent.update({.dt = 0.5, .reported = 9.9});
+  ASSERT_TRUE(end);
+  EXPECT_NE(end->find("no planner of the arm has confirmed it for 10 s"), std::string::npos) << *end;
+}
+
+TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
+  TrajectoryFollower follower = follower_of(goal);
+  TrajectoryFollower::Input input = under_way(4.0, 1.0);
+  input.q = follower.order().trajectory.end();
+  input.q[0] += 0.002;
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_EQ(end->text, "joint joint1 ends 0.002 from the goal (tolerance 0.001)");
+}
+
+TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.goal_time_tolerance = {1, 0};
+  TrajectoryFollower follower = follower_of(goal);
+  double elapsed = 0.0;
+  std::optional<ros2::TrajectoryRefusal> end;
+  while (!end && elapsed < 60.0) {
+    elapsed += 0.01;
+    end = follower.update(under_way(2.0, 0.0, "ball is 0.03 m away"));
+  }
+  EXPECT_NEAR(elapsed, 5.0, 0.1);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_NE(end->text.find("ball is 0.03 m away"), std::string::npos);
+}
+
+TEST(Ros2Trajectory, SaysWhyItWasLateWhenNothingBindsItAnyMore) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.goal_time_tolerance = {1, 0};
+  TrajectoryFollower follower = follower_of(goal);
+  TrajectoryFollower::Input input = under_way(1.0, 0.0, "ball is 0.03 m away");
+  input.dt = 3.0;
+  EXPECT_FALSE(follower.update(input));
+  input.reason.clear();
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_NE(end->text.find("it was late before: ball is 0.03 m away"), std::string::npos) << end->text;
+}
+
+TEST(Ros2Trajectory, EndsAsItsPlannerSays) {
+  using Report = TrajectoryFollower::GoalReport;
+  for (const auto& [report, code] : {std::pair(Report::kRejected, TrajectoryCode::kInvalidGoal),
+                                     std::pair(Report::kLost, TrajectoryCode::kInvalidGoal),
+                                     std::pair(Report::kLeftPath, TrajectoryCode::kPathTolerance)}) {
+    TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
+    TrajectoryFollower::Input input = under_way(1.0, 0.0, "ball is 0.03 m away");
+    input.report = report;
+    const auto end = follower.update(input);
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->code, code);
+    EXPECT_NE(end->text.find("ball is 0.03 m away"), std::string::npos);
+  }
+}
+
+TEST(Ros2ActionGoals, KeepResultsForLateClients) {
+  ros2::ActionGoals goals;
+  const ros2::ActionGoals::Id id{1, 2, 3};
+  const auto now = bus::Clock::now();
+  ASSERT_TRUE(goals.add(id, {5, 0}));
+  EXPECT_FALSE(goals.add(id, {6, 0}));
+  EXPECT_FALSE(goals.result(id)) << "the goal has not ended";
+  goals.end(id, ros2::ActionGoals::kSucceeded, {0, "done"}, now);
+  goals.forget_old(now + 14min);
+  ASSERT_TRUE(goals.result(id));
+  EXPECT_EQ(goals.result(id)->result.error_string, "done");
+  goals.forget_old(now + 16min);
+  EXPECT_EQ(goals.result(id)->status, ros2::ActionGoals::kUnknown);
+}
+
+// As rcl_action_process_cancel_request() answers.
+TEST(Ros2ActionGoals, NameThoseThatACancellationMeans) {
+  ros2::ActionGoals goals;
+  const ros2::ActionGoals::Id none{};
+  const ros2::ActionGoals::Id ended{1};
+  const ros2::ActionGoals::Id running{2};
+  const ros2::ActionGoals::Id later{3};
+  const auto answer = [&](const ros2::ActionGoals::Id& id, const ros2::Time& stamp) {
+    const auto response = goals.cancellable({{id}, stamp});
+    std::vector<int> numbers;
+    for (const auto& goal : response.goals_canceling) numbers.push_back(goal.goal_id.uuid[0]);
+    return std::pair(int{response.return_code}, numbers);
+  };
+  using Answer = std::pair<int, std::vector<int>>;
+  EXPECT_EQ(answer(none, {0, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(none, {9, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(running, {9, 0}), (Answer{0, {}}));
+  EXPECT_EQ(answer(running, {0, 0}), (Answer{2, {}}));
+  constexpr std::int32_t kSeconds = 1'800'000'000;
+  ASSERT_TRUE(goals.add(ended, {5, 0}) && goals.add(running, {kSeconds, 7}) && goals.add(later, {kSeconds, 8}));
+  goals.end(ended, ros2::ActionGoals::kSucceeded, {}, bus::Clock::now());
+  EXPECT_EQ(answer(ended, {0, 0}), (Answer{3, {}}));
+  EXPECT_EQ(answer(running, {0, 0}), (Answer{0, {2}}));
+  EXPECT_EQ(answer(none, {0, 0}), (Answer{0, {2, 3}}));
+  EXPECT_EQ(answer(none, {kSeconds, 6}), (Answer{0, {}}));
+  EXPECT_EQ(answer(none, {kSeconds, 7}), (Answer{0, {2}})) << "to the nanosecond";
+  EXPECT_EQ(answer(later, {kSeconds, 7}), (Answer{0, {2, 3}})) << "the goal, and all until then";
+}
+
+TEST(Ros2ActionGoals, AreTheSameAfterARestart) {
+  const auto now = bus::Clock::now();
+  ros2::ActionGoals before;
+  const ros2::ActionGoals::Id done{1};
+  const ros2::ActionGoals::Id under_way{2};
+  ASSERT_TRUE(before.add(done, {5, 0}) && before.add(under_way, {6, 0}));
+  before.end(done, ros2::ActionGoals::kAborted, {-4, "pushed"}, now - 10min);
+  before.set_status(under_way, ros2::ActionGoals::kCanceling);
+  ros2::ActionGoals after;
+  after.restore(before.saved());
+  EXPECT_EQ(after.info(under_way).stamp.sec, 6);
+  EXPECT_EQ(after.status(under_way), ros2::ActionGoals::kCanceling);
+  EXPECT_FALSE(after.result(under_way));
+  ASSERT_TRUE(after.result(done));
+  EXPECT_EQ(after.result(done)->result.error_string, "pushed");
+  EXPECT_EQ(after.statuses().status_list.front().goal_info.goal_id.uuid, done);
+  after.forget_old(now + 6min);
+  EXPECT_FALSE(after.knows(done)) << "its age counts from its end";
+}
+
+TEST(Ros2ActionCheckpoint, KeepsWhatWasSavedLast) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("ros2-north");
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "nothing is saved";
+  ros2::SavedAction action{"north", {}, {{{{7}}, {8}, 9}}, {}};
+  ros2::SavedTrajectory& active = action.active.emplace_back();
+  active.goal = "client/host-1/2";
+  active.order.trajectory.joint_names = {"joint1"};
+  active.start = {0.5};
+  active.begun_ns = 123;
+  ros2::ActionCheckpoint checkpoint(path);
+  checkpoint.save({"north", {}, {}, {}});
+  checkpoint.save(action);
+  const auto loaded = ros2::ActionCheckpoint(path).load("north");
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(encoded(*loaded), encoded(action));
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("west")) << "of another arm";
+  std::filesystem::resize_file(path, 40);
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "damaged";
+  folder.write("ros2-north", "abc");
+  EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "damaged";
+}
+
+}  // namespace
+}  // namespace hecaton::test
