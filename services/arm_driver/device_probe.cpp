@@ -9,8 +9,13 @@ using device::DeviceMode;
 using device::DeviceResult;
 using device::DeviceState;
 
-DeviceProbe::DeviceProbe(device::ArmDevice& device, Eigen::Index joints, Now now)
-    : device_(device), joints_(joints), now_(std::move(now)) {}
+namespace {
+/// Set-points are kept for this time: a state may be as old.
+constexpr std::chrono::seconds kKept{2};
+}  // namespace
+
+DeviceProbe::DeviceProbe(device::ArmDevice& device, Eigen::Index joints, std::chrono::nanoseconds period, Now now)
+    : device_(device), joints_(joints), period_(period), now_(std::move(now)) {}
 
 DeviceResult DeviceProbe::configure() {
   return checked(device_.configure(), "configure");
@@ -20,10 +25,12 @@ DeviceResult DeviceProbe::activate() {
   before_activation_ = measured_.q;
   active_ = true;
   ++activations_;
+  set_points_.clear();
   return checked(device_.activate(), "activate");
 }
 
 DeviceState DeviceProbe::read(Clock::time_point now) {
+  read_at_ = now;
   const auto began = now_();
   state_ = device_.read(now);
   read_took_ = now_() - began;
@@ -38,6 +45,8 @@ DeviceState DeviceProbe::read(Clock::time_point now) {
 
 DeviceResult DeviceProbe::write(const device::JointState& set_point, std::chrono::nanoseconds valid_for) {
   note_jump(set_point.q);
+  while (!set_points_.empty() && set_points_.front().due < read_at_ - kKept) set_points_.pop_front();
+  set_points_.push_back({read_at_, read_at_ + period_, read_at_ + valid_for, set_point.q});
   const auto began = now_();
   DeviceResult result = device_.write(set_point, valid_for);
   if (read_took_) durations_.push_back(*std::exchange(read_took_, std::nullopt) + (now_() - began));
@@ -54,6 +63,20 @@ void DeviceProbe::deactivate() {
   active_ = false;
   before_activation_.reset();
   device_.deactivate();
+}
+
+std::optional<device::JointVector> DeviceProbe::wanted() const {
+  const auto later = std::find_if(set_points_.begin(), set_points_.end(),
+                                  [&](const SetPoint& one) { return one.written >= measured_at_; });
+  if (later == set_points_.begin() || std::prev(later)->valid_until < measured_at_) return std::nullopt;
+  const auto after = std::find_if(set_points_.begin(), set_points_.end(),
+                                  [&](const SetPoint& one) { return one.due >= measured_at_; });
+  if (after == set_points_.begin()) return after->q;
+  const auto before = std::prev(after);
+  if (after == set_points_.end()) return before->q;
+  const std::chrono::duration<double> passed = measured_at_ - before->due;
+  const std::chrono::duration<double> apart = after->due - before->due;
+  return before->q + (after->q - before->q) * (passed / apart);
 }
 
 bool DeviceProbe::ready() const {

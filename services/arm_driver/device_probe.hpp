@@ -1,6 +1,7 @@
 #pragma once
 /// Observes a device for its conformance test: what it reports, and how long its calls take.
 
+#include <deque>
 #include <functional>
 #include <optional>
 #include <string>
@@ -17,8 +18,8 @@ class DeviceProbe final : public device::ArmDevice {
   using Clock = device::Clock;
   using Now = std::function<Clock::time_point()>;
 
-  /// `device` must outlive it. `joints`: of the arm.
-  DeviceProbe(device::ArmDevice& device, Eigen::Index joints, Now now);
+  /// `device` must outlive it. `joints`: of the arm. `period`: of read() and write().
+  DeviceProbe(device::ArmDevice& device, Eigen::Index joints, std::chrono::nanoseconds period, Now now);
 
   [[nodiscard]] device::DeviceResult configure() override;
   [[nodiscard]] device::DeviceResult activate() override;
@@ -37,6 +38,9 @@ class DeviceProbe final : public device::ArmDevice {
   /// The joints as they were measured last; empty before the first time.
   [[nodiscard]] const device::JointState& measured() const { return measured_; }
   [[nodiscard]] Clock::time_point measured_at() const { return measured_at_; }
+  /// Where the set-points since activate() want the joints at the instant of the measurement, between two of them on a
+  /// line. None while no set-point is valid: the machine has stalled, and a device may have stopped by itself.
+  [[nodiscard]] std::optional<device::JointVector> wanted() const;
   /// The oldest state that was reported as ready.
   [[nodiscard]] std::chrono::nanoseconds oldest() const { return oldest_; }
   /// The largest distance of a joint from its position before activate(), measured or as a set-point, before
@@ -55,9 +59,19 @@ class DeviceProbe final : public device::ArmDevice {
   [[nodiscard]] device::DeviceResult checked(device::DeviceResult result, std::string_view call);
   void note_jump(const device::JointVector& q);
 
+  struct SetPoint {
+    Clock::time_point written;
+    Clock::time_point due;
+    Clock::time_point valid_until;
+    device::JointVector q;
+  };
+
   device::ArmDevice& device_;
   Eigen::Index joints_;
+  std::chrono::nanoseconds period_;
   Now now_;
+  Clock::time_point read_at_;
+  std::deque<SetPoint> set_points_;  ///< of the last time, oldest first
   device::DeviceState state_;
   device::JointState measured_;
   Clock::time_point measured_at_;

@@ -19,6 +19,8 @@ class DriverPeriods {
   virtual ~DriverPeriods() = default;
   /// Waits for the next period. Returns the instant of its begin.
   [[nodiscard]] virtual Clock::time_point next() = 0;
+  /// By how much this machine exceeded the last wait; zero when there was nothing to wait for.
+  [[nodiscard]] virtual Clock::duration late() const = 0;
   [[nodiscard]] virtual Clock::time_point now() const = 0;
   /// True: a person ends the test.
   [[nodiscard]] virtual bool ended() const = 0;

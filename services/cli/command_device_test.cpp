@@ -41,10 +41,14 @@ class LivePeriods final : public DriverPeriods {
       : period_(period), interruption_(interruption) {}
 
   [[nodiscard]] Clock::time_point next() override {
-    due_ = next_deadline(due_, Clock::now(), period_).at;
+    const Clock::time_point before = Clock::now();
+    due_ = next_deadline(due_, before, period_).at;
     std::this_thread::sleep_until(due_);
-    return Clock::now();
+    const Clock::time_point now = Clock::now();
+    late_ = due_ > before ? now - due_ : Clock::duration::zero();
+    return now;
   }
+  [[nodiscard]] Clock::duration late() const override { return late_; }
   [[nodiscard]] Clock::time_point now() const override { return Clock::now(); }
   [[nodiscard]] bool ended() const override { return interruption_.requested(); }
 
@@ -52,6 +56,7 @@ class LivePeriods final : public DriverPeriods {
   std::chrono::nanoseconds period_;
   const Interruption& interruption_;
   Clock::time_point due_ = Clock::now();
+  Clock::duration late_{0};
 };
 
 const char* text(CheckResult result) {

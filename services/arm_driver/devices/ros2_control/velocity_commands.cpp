@@ -11,6 +11,8 @@ namespace {
 
 /// The largest correction, as a share of the velocity limit, when the hardware executes each velocity in full.
 constexpr double kCorrection = 0.25;
+/// Time constant with which the feed-forward makes up for what it has missed: that of a few control periods [s].
+constexpr double kMakesUp = 0.03;
 /// With a shorter lag the gain does not grow any more: states and commands take some time on the network [s].
 constexpr double kShortestDelay = 0.05;
 /// Times the acceleration limits: the arm must be able to catch up.
@@ -43,6 +45,8 @@ VelocityCommands::VelocityCommands(JointLimits limits, double tracking_delay)
 
 void VelocityCommands::begin(const JointVector& q, Clock::time_point now) {
   velocity_ = JointVector::Zero(q.size());
+  forward_velocity_ = velocity_;
+  forward_ = q;
   sent_at_ = now;
   set_points_.assign(1, {now, q});
   far_.reset();
@@ -57,7 +61,13 @@ const JointVector& VelocityCommands::follow(const JointState& set_point, Clock::
   const double share = kCorrection + 1.0 - speed_scaling;
   note(error, share, now);
   const JointVector most = limits_.velocity * share;
-  JointVector next = set_point.qd + (error * gain_).cwiseMax(-most).cwiseMin(most);
+  const JointVector correction = (error * gain_).cwiseMax(-most).cwiseMin(most);
+  integrate(now);
+  const JointVector missed = set_point.q - set_point.qd * seconds(due - now) - forward_;
+  const JointVector makes_up = limits_.velocity * kCorrection;
+  forward_velocity_ = set_point.qd + (missed / kMakesUp).cwiseMax(-makes_up).cwiseMin(makes_up);
+  forward_velocity_ = forward_velocity_.cwiseMax(-limits_.velocity).cwiseMin(limits_.velocity);
+  JointVector next = forward_velocity_ + correction;
   next = next.cwiseMax(-limits_.velocity).cwiseMin(limits_.velocity);
   const JointVector change =
       limits_.acceleration * (kAcceleration * std::clamp(seconds(now - sent_at_), 0.0, kLongestStep));
@@ -73,8 +83,14 @@ const JointVector& VelocityCommands::follow(const JointState& set_point, Clock::
   return velocity_;
 }
 
+void VelocityCommands::integrate(Clock::time_point now) {
+  forward_ += forward_velocity_ * seconds(now - sent_at_);
+}
+
 const JointVector& VelocityCommands::brake(Clock::time_point now) {
+  integrate(now);
   velocity_ = planner::braking_velocity(limits_, velocity_, std::min(kLongestBraking, seconds(now - sent_at_)));
+  forward_velocity_ = velocity_;
   sent_at_ = now;
   return velocity_;
 }

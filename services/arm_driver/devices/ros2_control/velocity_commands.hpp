@@ -1,7 +1,10 @@
 #pragma once
 /// Velocities for a forward command controller, from set-points and measured positions. No network.
 ///
-///     velocity = q̇ of the set-point + gain × (set-point of tracking_delay before − measured position)
+///     velocity = feed-forward + gain × (set-point of tracking_delay before − measured position)
+///
+/// The feed-forward is q̇ of the set-point, and what brings the integral of the feed-forward to the set-point: a command
+/// that comes late interrupts q̇, and the set-point then jumps by what was missed.
 ///
 /// The correction compares the measured position with the set-point that the arm should have reached by then. An arm
 /// with exactly this lag therefore needs none. The gain is a quarter of 1/lag, with which a servo of first order does
@@ -62,12 +65,15 @@ class VelocityCommands {
   };
 
   [[nodiscard]] JointVector set_point_at(Clock::time_point at) const;
+  void integrate(Clock::time_point now);
   void note(const JointVector& error, double share, Clock::time_point now);
 
   JointLimits limits_;
   Clock::duration delay_;
   double gain_;  ///< [1/s]
   JointVector velocity_;
+  JointVector forward_velocity_;  ///< the feed-forward
+  JointVector forward_;           ///< its integral: where an arm without a lag would be
   Clock::time_point sent_at_;
   std::deque<Sample> set_points_;  ///< oldest first; the first one may be older than needed
   std::optional<Far> far_;         ///< a joint is too far from its set-points

@@ -22,12 +22,14 @@ class VirtualPeriods final : public DriverPeriods {
     due_ = next_deadline(due_, now_, kTestPeriod).at;
     return now_ = std::max(now_, due_);
   }
+  [[nodiscard]] Clock::duration late() const override { return late_by; }
   [[nodiscard]] Clock::time_point now() const override { return now_; }
   [[nodiscard]] bool ended() const override { return periods >= end_after; }
   /// A call of the device takes time.
   void pass(Clock::duration time) { now_ += time; }
 
   int periods = 0;
+  Clock::duration late_by{0};
   int end_after = std::numeric_limits<int>::max();
 
  private:
@@ -70,6 +72,7 @@ class FlawedArm final : public device::ArmDevice {
   device::DeviceState read(Clock::time_point now) override {
     periods_.pass(read_takes);
     if (++since_activation_ == stalls_at && activations == 1) periods_.pass(40ms);
+    if (stalls_each > 0 && active && since_activation_ % stalls_each == 0) periods_.pass(20ms);
     if (runs_on && active && last_ && !written_) {
       last_->q += last_->qd * 0.002;
       static_cast<void>(arm_->write(*last_, 12ms));
@@ -124,6 +127,7 @@ class FlawedArm final : public device::ArmDevice {
   Clock::duration read_takes{0};
   std::chrono::nanoseconds age{0};
   int stalls_at = 0;    ///< period after the first activation in which the machine stalls
+  int stalls_each = 0;  ///< periods
   std::size_t lag = 0;  ///< in periods
   double jump = 0.0;    ///< at each activation [rad]
   int stops_after = 0;  ///< periods after an activation
@@ -209,12 +213,42 @@ TEST_F(DeviceTestTest, FailsADeviceWhoseCallsAreTooSlow) {
   EXPECT_EQ(with(CheckResult::kNotTested), Names{});
 }
 
+TEST_F(DeviceTestTest, LeavesTheTimeToCallsThatThisMachineTakesToWakeUp) {
+  periods_.late_by = 2ms;
+  device_.read_takes = 3ms;
+  run();
+  EXPECT_TRUE(report_.passed());
+  EXPECT_NEAR(check("period").limit, 0.004, 1e-6);
+}
+
 TEST_F(DeviceTestTest, DoesNotCountAStallOfThisMachine) {
   device_.stalls_at = 600;  // in the motion of the first joint
   run(0.4);                 // at 0.25 rad/s the stop of the device during the stall is an error of more than 3 mrad
   EXPECT_TRUE(report_.passed());
   EXPECT_LT(check("tracking").measured, 1e-3);
   EXPECT_NEAR(report_.longest_gap, 0.040, 1e-6);
+}
+
+TEST_F(DeviceTestTest, MeasuresBetweenManyStallsOfThisMachine) {
+  device_.stalls_each = 50;  // eight times a second
+  run(0.1);
+  EXPECT_EQ(check("tracking").result, CheckResult::kOk) << check("tracking").details;
+  EXPECT_LT(check("tracking").measured, 1e-3);
+}
+
+TEST_F(DeviceTestTest, FailsADeviceThatLagsBetweenManyStallsOfThisMachine) {
+  device_.stalls_each = 50;
+  device_.lag = 20;
+  run();
+  EXPECT_EQ(check("tracking").result, CheckResult::kFailed);
+  EXPECT_GT(check("tracking").measured, 1e-3) << check("tracking").details;
+}
+
+TEST_F(DeviceTestTest, MeasuresNothingDuringStallsWithoutEnd) {
+  device_.stalls_each = 1;
+  run();
+  EXPECT_EQ(check("tracking").result, CheckResult::kFailed);
+  EXPECT_EQ(check("tracking").details, "this machine stalls too often to measure it");
 }
 
 TEST_F(DeviceTestTest, FailsADeviceThatLagsWithoutSayingSo) {

@@ -337,9 +337,11 @@ class Ros2ControlVelocities : public testing::Test {
   Ros2ControlVelocities() { velocities_.begin(q_, at_); }
 
   /// A period: the set-point goes on at `speed` [rad/s].
-  void follow(double speed) {
+  void follow(double speed) { follow_to(set_point_ + speed * 4e-3, speed); }
+  /// A period: the set-point is there, with this velocity.
+  void follow_to(double position, double speed) {
     at_ += 4ms;
-    set_point_ += speed * 4e-3;
+    set_point_ = position;
     const device::JointState set_point{device::JointVector::Constant(1, set_point_),
                                        device::JointVector::Constant(1, speed)};
     const double before = velocities_.last()[0];
@@ -382,6 +384,16 @@ TEST_F(Ros2ControlVelocities, FollowWithTheLagOfTheArm) {
   EXPECT_NEAR(q_[0], set_point_, 1e-4);
   EXPECT_NEAR(velocities_.last()[0], 0.0, 1e-3);
   EXPECT_FALSE(velocities_.lost());
+}
+
+TEST_F(Ros2ControlVelocities, KeepTheLagOfTheArmWhenCommandsAreLate) {
+  for (int period = 1; period <= 600; ++period) {
+    // Each third command is late: the set-point stops at once at this speed, and is where it should be a period later.
+    const double due = 0.016 * 4e-3 * period;
+    if (period % 3 == 0) follow_to(set_point_, 0.0);
+    if (period % 3 != 0) follow_to(due, 0.016);
+  }
+  EXPECT_NEAR(set_point_ - q_[0], 0.016 * 0.05, 2e-4);
 }
 
 TEST_F(Ros2ControlVelocities, BringBackAnArmThatDrifts) {
