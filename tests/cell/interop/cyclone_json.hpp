@@ -9,7 +9,6 @@
 
 extern "C" {
 #include "arm.h"
-#include "discovery.h"
 #include "goal.h"
 #include "ros2.h"
 }
@@ -98,7 +97,7 @@ inline void to_json(Json& json, const hecaton_msg_GoalStatus& m) {
           {"trajectory_rate", m.trajectory_rate}};
 }
 
-// ros2/ros2.idl
+// ROS 2
 inline void to_json(Json& json, const builtin_interfaces_msg_Time& m) {
   json = {{"sec", m.sec}, {"nanosec", m.nanosec}};
 }
@@ -246,7 +245,7 @@ inline void to_json(Json& json, const control_msgs_action_FollowJointTrajectory_
   json = {{"goal_id", m.goal_id}, {"feedback", m.feedback}};
 }
 
-// discovery.idl
+// rmw_dds_common
 inline void to_json(Json& json, const rmw_dds_common_msg_Gid& m) {
   json = {{"data", m.data}};
 }

@@ -1,5 +1,5 @@
 /// A cell beside a program of another DDS vendor: tests/cell/interop/cyclone_peer.cpp. A third decoder, of npm, reads
-/// the bytes of each message that the program has decoded.
+/// the bytes of each message that the program has decoded. Both know messages of ROS 2 by the texts of ROS 2.
 
 #include <cstdlib>
 #include <filesystem>
@@ -77,9 +77,8 @@ class SecondVendor : public testing::Test {
     words.insert(words.end(), topics.begin(), topics.end());
     Process peer(words);
     ASSERT_EQ(peer.wait(), 0) << peer.err();
-    Process other({node, page + "/test/decode.mjs", samples, kIdl + "common.idl", kIdl + "cause.idl", kIdl + "arm.idl",
-                   kIdl + "goal.idl", kIdl + "ros2/ros2.idl",
-                   std::string(HECATON_SOURCE_DIR) + "/tests/cell/interop/discovery.idl"});
+    Process other({node, page + "/test/decode.mjs", samples, HECATON_ROS2_TEXTS, kIdl + "common.idl",
+                   kIdl + "cause.idl", kIdl + "arm.idl", kIdl + "goal.idl"});
     ASSERT_EQ(other.wait(), 0) << other.err();
     judged = Json::parse(other.out());
     judged["told"] = peer.err();
