@@ -67,7 +67,7 @@ BESIDE = {
                    "world/model"],
     "view": ["services/client", "services/messages", "services/ros2_messages", "services/view/foxglove", "planner", "planner/collision", "planner/local", "planner/model", "world/model"],
     "view/foxglove": ["services/messages", "services/ros2_messages", "services/view", "planner", "planner/model", "world/model"],
-    "ros2_messages": ["services/messages", "planner", "planner/model", "world/model"],
+    "ros2_messages": ["services/messages", "planner", "planner/local", "planner/model", "world/model"],
     "ros2": ["services/client", "services/ros2_messages", "services/messages", "planner", "planner/model", "planner/trajectory", "world/model"],
     "recorder": ["services/view"],  # its ROS 2 topics show the state of a cell
     "tick_log": ["services/messages", "planner", "planner/arm_planner", "planner/local", "planner/model", "world/model"],

@@ -65,7 +65,7 @@ void Ros2Track::take(const RecordedSample& recorded) {
 
 void Ros2Track::apply(const RecordedSample& recorded) {
   apply_one_of<msg::ArmState, msg::ObstacleStates, msg::Heartbeat, msg::GoalStatus, msg::ObstacleShapes,
-               msg::CoupledPlan, msg::Fault, msg::CellMode>(cell_, recorded);
+               msg::PlannedMotion, msg::Fault, msg::CellMode>(cell_, recorded);
 }
 
 void Ros2Track::write_due(std::uint64_t now) {

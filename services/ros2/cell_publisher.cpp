@@ -85,7 +85,7 @@ void CellPublisher::publish_markers(CellView& view, const std::vector<OrderedPat
 }
 
 void CellPublisher::publish_diagnostics(const CellStatus* status, const std::string& problem,
-                                        const std::optional<SceneReport>& scenes) {
+                                        const std::vector<OrderReport>& orders) {
   DiagnosticArray message;
   message.header.stamp = ros_time(std::chrono::system_clock::now());
   if (status == nullptr) {
@@ -109,11 +109,10 @@ void CellPublisher::publish_diagnostics(const CellStatus* status, const std::str
     }
     listed_faults_ = std::move(listed);
   }
-  if (scenes) {
-    DiagnosticStatus& entry =
-        message.status.emplace_back(diagnostic(scenes->refusal ? level::kWarn : level::kOk, "planning scene",
-                                               scenes->refusal.value_or("applied"), file_.cell.name));
-    entry.values = {{"applied", std::to_string(scenes->applied)}, {"refused", std::to_string(scenes->refused)}};
+  for (const OrderReport& report : orders) {
+    DiagnosticStatus& entry = message.status.emplace_back(diagnostic(
+        report.refusal ? level::kWarn : level::kOk, report.name, report.refusal.value_or("applied"), file_.cell.name));
+    entry.values = {{"applied", std::to_string(report.applied)}, {"refused", std::to_string(report.refused)}};
   }
   diagnostics_.publish(message);
 }

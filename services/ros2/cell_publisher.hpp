@@ -11,7 +11,7 @@
 #include <hecaton/types.hpp>
 
 #include "services/config/cell_file.hpp"
-#include "services/ros2/planning_scene.hpp"
+#include "services/ros2/order_report.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2_messages/cell_messages.hpp"
 
@@ -32,11 +32,12 @@ class CellPublisher {
   void publish_arm_status(const CellView& view, Clock::time_point now);
   /// Publishes obstacles, goals, plans and the pairs of bodies that bound motions.
   void publish_markers(CellView& view, const std::vector<OrderedPath>& ordered);
-  /// Publishes the nodes and the faults of the cell, and what became of planning scenes. `status` null: `problem` says
-  /// why. `scenes` empty: the service takes none.
+  /// Publishes the nodes and the faults of the cell, and what became of orders. `status` null: `problem` says why.
   void publish_diagnostics(const CellStatus* status, const std::string& problem,
-                           const std::optional<SceneReport>& scenes);
+                           const std::vector<OrderReport>& orders);
 
+  /// A node reads the markers of plans.
+  [[nodiscard]] bool shows_plans() const { return marker_topics_[CellMarkers::kPlans].wanted(); }
   [[nodiscard]] std::vector<bus::EndpointId> writers() const;
 
  private:

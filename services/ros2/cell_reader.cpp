@@ -3,19 +3,25 @@
 namespace hecaton::ros2 {
 
 CellReader::CellReader(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox)
-    : view_(file.cell),
+    : participant_(participant),
+      mailbox_(mailbox),
+      view_(file.cell),
       states_(participant, &mailbox),
       goals_(participant, &mailbox),
       shapes_(participant, &mailbox),
-      obstacle_states_(participant, &mailbox),
-      plans_(participant, &mailbox) {}
+      obstacle_states_(participant, &mailbox) {}
 
-void CellReader::update() {
+void CellReader::update(bool motions) {
   take(states_);
   take(goals_);
   take(shapes_);
   take(obstacle_states_);
-  take(plans_);
+  if (motions != motions_.has_value()) {
+    motions_.reset();
+    view_.forget_motions();
+    if (motions) motions_.emplace(participant_, &mailbox_);
+  }
+  if (motions_) take(*motions_);
 }
 
 }  // namespace hecaton::ros2

@@ -1,6 +1,8 @@
 #pragma once
 /// Reads the topics of a cell into a CellView.
 
+#include <optional>
+
 #include "services/bus/endpoint.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/ros2_messages/cell_view.hpp"
@@ -13,8 +15,8 @@ class CellReader {
   /// `file` and `mailbox` must outlive it.
   CellReader(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox);
 
-  /// Takes all that has arrived.
-  void update();
+  /// Takes all that has arrived. `motions`: also what planners want, which they publish only while someone reads it.
+  void update(bool motions);
 
   [[nodiscard]] CellView& view() { return view_; }
 
@@ -24,12 +26,14 @@ class CellReader {
     for (auto& sample : reader.take()) view_.apply(std::move(sample));
   }
 
+  bus::Participant& participant_;
+  bus::Mailbox& mailbox_;
   CellView view_;
   bus::Reader<msg::ArmState> states_;
   bus::Reader<msg::GoalStatus> goals_;
   bus::Reader<msg::ObstacleShapes> shapes_;
   bus::Reader<msg::ObstacleStates> obstacle_states_;
-  bus::Reader<msg::CoupledPlan> plans_;
+  std::optional<bus::Reader<msg::PlannedMotion>> motions_;
 };
 
 }  // namespace hecaton::ros2

@@ -12,21 +12,6 @@ namespace {
 
 using client::ModeOrder;
 
-/// Sends a goal, and logs why it cannot be sent.
-template <class Send>
-void send(const planner::Arm& arm, const Send& go) {
-  try {
-    const Goal goal = go();
-    services::log_info("goal sent", {{"arm", arm.name}, {"goal", goal.id()}});
-  } catch (const Error& error) {
-    services::log_warning("goal not sent", {{"arm", arm.name}, {"reason", error.what()}});
-  }
-}
-
-void ignore(const planner::Arm& arm, const char* topic, const std::string& reason) {
-  services::log_warning("goal ignored", {{"arm", arm.name}, {"topic", topic}, {"reason", reason}});
-}
-
 /// Empty when the message is no pose in the frame `world`.
 std::optional<hecaton::Pose> pose_of(const PoseStamped& message) {
   const Point& p = message.pose.position;
@@ -129,17 +114,37 @@ void Control::update(const CellView& view, bus::Clock::time_point now) {
   scenes_.update(view, now);
 }
 
+template <class Send>
+void Control::send(ArmControl& control, const Send& go) {
+  control.refusal.reset();
+  try {
+    const Goal goal = go();
+    ++goals_.applied;
+    services::log_info("goal sent", {{"arm", control.arm.name}, {"goal", goal.id()}});
+  } catch (const Error& error) {
+    ++goals_.refused;
+    control.refusal = error.what();
+    services::log_warning("goal not sent", {{"arm", control.arm.name}, {"reason", error.what()}});
+  }
+}
+
+void Control::refuse(ArmControl& control, const char* topic, const std::string& reason) {
+  ++goals_.refused;
+  control.refusal = std::string(topic) + ": " + reason;
+  services::log_warning("goal ignored", {{"arm", control.arm.name}, {"topic", topic}, {"reason", reason}});
+}
+
 void Control::take_goals(ArmControl& control) {
   control.poses.take_each([&](const PoseStamped& message) {
     const std::string& frame = message.header.frame_id;
     const auto pose = pose_of(message);
     if (frame != kWorldFrame) {
-      ignore(control.arm, "goal_pose",
+      refuse(control, "goal_pose",
              "frame_id = '" + bus::printable(frame, bus::kLongestName) + "' must be " + kWorldFrame);
     } else if (!pose) {
-      ignore(control.arm, "goal_pose", "its numbers must be finite and its orientation a unit quaternion");
+      refuse(control, "goal_pose", "its numbers must be finite and its orientation a unit quaternion");
     } else {
-      send(control.arm, [&] { return control.client.go_to(*pose); });
+      send(control, [&] { return control.client.go_to(*pose); });
     }
   });
   control.positions.take_each([&](const JointState& message) {
@@ -147,12 +152,12 @@ void Control::take_goals(ArmControl& control) {
     const bool finite = std::all_of(message.position.begin(), message.position.end(),
                                     [](double value) { return std::isfinite(value); });
     if (!joints || message.position.size() != message.name.size() || !finite) {
-      ignore(control.arm, "goal_joints", "it must have each joint of the arm once, with a finite position");
+      refuse(control, "goal_joints", "it must have each joint of the arm once, with a finite position");
       return;
     }
     std::vector<double> q(joints->size());
     for (std::size_t i = 0; i < q.size(); ++i) q[static_cast<std::size_t>((*joints)[i])] = message.position[i];
-    send(control.arm, [&] { return control.client.go_to(q); });
+    send(control, [&] { return control.client.go_to(q); });
   });
 }
 
@@ -162,6 +167,14 @@ std::vector<OrderedPath> Control::paths() const {
     if (auto path = control->trajectories.path()) paths.push_back(std::move(*path));
   }
   return paths;
+}
+
+std::vector<OrderReport> Control::reports() const {
+  OrderReport goals = goals_;
+  for (const auto& control : arms_) {
+    if (!goals.refusal && control->refusal) goals.refusal = "arm " + control->arm.name + ": " + *control->refusal;
+  }
+  return {scenes_.report(), std::move(goals)};
 }
 
 NodeEndpoints Control::endpoints() const {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,7 +59,8 @@ class Control {
 
   /// Paths of the trajectories under way.
   [[nodiscard]] std::vector<OrderedPath> paths() const;
-  [[nodiscard]] SceneReport scene_report() const { return scenes_.report(); }
+  /// Of planning scenes, and of goals by topics.
+  [[nodiscard]] std::vector<OrderReport> reports() const;
   [[nodiscard]] NodeEndpoints endpoints() const;
 
  private:
@@ -71,12 +73,17 @@ class Control {
     TrajectoryServer trajectories;
     Subscription<PoseStamped> poses;
     Subscription<JointState> positions;
+    std::optional<std::string> refusal;  ///< of the newest goal from a topic; nothing when it was sent
   };
   void take_goals(ArmControl& control);
+  template <class Send>
+  void send(ArmControl& control, const Send& go);
+  void refuse(ArmControl& control, const char* topic, const std::string& reason);
 
   std::vector<std::unique_ptr<ArmControl>> arms_;
   OrderServices orders_;
   SceneTopics scenes_;
+  OrderReport goals_{.name = "goals"};
 };
 
 }  // namespace hecaton::ros2

@@ -54,13 +54,6 @@ struct SceneEdits {
   std::vector<SceneRefusal> refusals;
 };
 
-/// What became of the planning scenes so far, for people.
-struct SceneReport {
-  std::uint64_t applied = 0;           ///< edits
-  std::uint64_t refused = 0;           ///< objects of scenes
-  std::optional<std::string> refusal;  ///< the newest one; nothing when the newest scene was applied as a whole
-};
-
 /// Attached objects first, then those of the world. Each object is an edit or a refusal. A whole scene (`is_diff`
 /// false), an octomap and planes are refused. Parts of a scene that do not concern obstacles are ignored: colours,
 /// paddings, the matrix of allowed collisions, joint positions.

@@ -100,7 +100,7 @@ void Ros2Service::run() {
     modes_.update();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
     if (participant_.recovering()) continue;
-    cell_.update();
+    cell_.update(publisher_.shows_plans());
     if (control_) control_->update(cell_.view(), loop_.now());
     publish(loop_.now());
     look_at_graph(loop_.now());
@@ -118,8 +118,8 @@ void Ros2Service::publish(Clock::time_point now) {
   const StatusPoller::Answer status = status_.newest();
   if (status.number == told_status_) return;
   told_status_ = status.number;
-  const auto scenes = control_ ? std::optional(control_->scene_report()) : std::nullopt;
-  publisher_.publish_diagnostics(status.status.get(), status.problem, scenes);
+  publisher_.publish_diagnostics(status.status.get(), status.problem,
+                                 control_ ? control_->reports() : std::vector<OrderReport>());
 }
 
 void Ros2Service::look_at_graph(Clock::time_point now) {

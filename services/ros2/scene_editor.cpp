@@ -45,7 +45,7 @@ std::size_t parts_of(const SceneEdits& scene) {
 SceneWorker::SceneWorker(std::shared_ptr<client::Connection> connection)
     : connection_(std::move(connection)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
-SceneReport SceneWorker::report() const {
+OrderReport SceneWorker::report() const {
   const std::scoped_lock lock(mutex_);
   return report_;
 }

@@ -15,6 +15,7 @@
 #include "services/client/connection.hpp"
 #include "services/config/cell_file.hpp"
 #include "services/ros2/node_graph.hpp"
+#include "services/ros2/order_report.hpp"
 #include "services/ros2/planning_scene.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2_messages/cell_view.hpp"
@@ -28,8 +29,8 @@ class SceneWorker {
 
   /// Takes the edits of one scene. A scene in excess of kMostWaiting objects and shapes is refused.
   void add(SceneEdits scene);
-  /// Thread-safe.
-  [[nodiscard]] SceneReport report() const;
+  /// Edits, and objects that were refused. Thread-safe.
+  [[nodiscard]] OrderReport report() const;
 
   static constexpr std::size_t kMostWaiting = 8192;
 
@@ -53,7 +54,7 @@ class SceneWorker {
   std::condition_variable_any arrived_;
   std::deque<SceneEdits> scenes_;
   std::size_t waiting_ = 0;  ///< objects and shapes in scenes_
-  SceneReport report_;
+  OrderReport report_{.name = "planning scene"};
   std::jthread thread_;
 };
 
@@ -67,7 +68,7 @@ class SceneTopics {
 
   /// Takes the scenes that have arrived. Frames are where the arms were measured last.
   void update(const CellView& view, bus::Clock::time_point now);
-  [[nodiscard]] SceneReport report() const { return worker_.report(); }
+  [[nodiscard]] OrderReport report() const { return worker_.report(); }
   [[nodiscard]] NodeEndpoints endpoints() const;
 
  private:

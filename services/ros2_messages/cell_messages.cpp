@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <utility>
 
+#include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
 #include "services/ros2_messages/cell_description.hpp"
+#include "services/ros2_messages/planned_way.hpp"
 #include "services/ros2_messages/time.hpp"
 #include "services/runtime/cause.hpp"
 
@@ -132,8 +134,9 @@ void CellMarkers::update(CellView& view, const std::vector<OrderedPath>& ordered
   for (std::size_t i = 0; i < view.size(); ++i) {
     mark_goal(view.arm(i));
     mark_binding(view, view.arm(i));
+    mark_plan(view.arm(i));
   }
-  mark_plans(view, ordered);
+  mark_orders(ordered);
   for (MarkerLayer& layer : layers_) layer.end();
 }
 
@@ -162,41 +165,27 @@ void CellMarkers::mark_binding(const CellView& view, const ArmSnapshot& arm) {
                  0.5 * (*own + *other) + 0.5 * kTextAbove * Eigen::Vector3d::UnitZ(), kPairColor);
 }
 
-void CellMarkers::mark_plans(const CellView& view, const std::vector<OrderedPath>& ordered) {
-  MarkerLayer& layer = layers_[kPlans];
-  const auto arm_named = [&](const std::string& name) -> const planner::Arm* {
-    for (const planner::PlannedArm& planned : cell_.arms) {
-      if (planned.arm.name == name) return &planned.arm;
-    }
-    return nullptr;
-  };
+// Of a planner that has died the driver tells: it stops the arm.
+void CellMarkers::mark_plan(const ArmSnapshot& arm) {
+  if (arm.state == nullptr || arm.motion == nullptr) return;
+  if (arm.state->value.mode() != msg::ArmMode::ARM_RUNNING) return;
+  const int joints = arm.arm->model->joints();
+  const auto q = messages::joints_from_message(arm.state->value.q(), arm.arm->name.c_str(), joints);
+  if (!q) return;
+  layers_[kPlans].add_line(arm.arm->name, tool_way(*arm.arm, *q, points_of(arm.motion->way(), joints)), kWayWidth,
+                           kPlanColor);
+}
+
+void CellMarkers::mark_orders(const std::vector<OrderedPath>& ordered) {
   for (const OrderedPath& path : ordered) {
-    const planner::Arm* arm = arm_named(path.arm);
-    std::vector<Eigen::Vector3d> way;
-    if (arm == nullptr) continue;
-    for (const planner::JointVector& q : path.points) way.push_back(CellView::tool_at(*arm, q).translation());
-    layer.add_line(path.arm, way, kWayWidth, kGoalColor);
-  }
-  for (const auto& [proposer, plan] : view.coupled_plans()) {
-    std::size_t joints = 0;
-    std::vector<const planner::Arm*> arms;
-    for (const std::string& name : plan.arms()) {
-      if (const planner::Arm* arm = arm_named(name)) arms.push_back(arm);
-    }
-    if (arms.size() != plan.arms().size()) continue;
-    for (const planner::Arm* arm : arms) joints += static_cast<std::size_t>(arm->model->joints());
-    if (plan.q().size() != joints * plan.points()) continue;
-    std::vector<std::vector<Eigen::Vector3d>> ways(arms.size());
-    const double* next = plan.q().data();
-    for (std::uint32_t point = 0; point < plan.points(); ++point) {
-      for (std::size_t i = 0; i < arms.size(); ++i) {
-        const int n = arms[i]->model->joints();
-        const planner::JointVector q = Eigen::Map<const Eigen::VectorXd>(next, n);
-        ways[i].push_back(CellView::tool_at(*arms[i], q).translation());
-        next += n;
+    for (const planner::PlannedArm& planned : cell_.arms) {
+      if (planned.arm.name != path.arm) continue;
+      std::vector<Eigen::Vector3d> way;
+      for (const planner::JointVector& q : path.points) {
+        way.push_back(CellView::tool_at(planned.arm, q).translation());
       }
+      layers_[kPlans].add_line(path.arm, way, kWayWidth, kGoalColor);
     }
-    for (std::size_t i = 0; i < arms.size(); ++i) layer.add_line(arms[i]->name, ways[i], kWayWidth, kPlanColor);
   }
 }
 

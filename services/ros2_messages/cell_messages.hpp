@@ -60,7 +60,8 @@ class CellMarkers {
  private:
   void mark_goal(const ArmSnapshot& arm);
   void mark_binding(const CellView& view, const ArmSnapshot& arm);
-  void mark_plans(const CellView& view, const std::vector<OrderedPath>& ordered);
+  void mark_plan(const ArmSnapshot& arm);
+  void mark_orders(const std::vector<OrderedPath>& ordered);
 
   const planner::Cell& cell_;
   std::array<MarkerLayer, kNames.size()> layers_;

@@ -58,12 +58,16 @@ void CellView::apply(bus::Sample<msg::ObstacleStates> sample) {
   if (!sample.disposed) newest_ = std::move(sample.value);
 }
 
-void CellView::apply(const bus::Sample<msg::CoupledPlan>& sample) {
-  if (sample.disposed || sample.value.arms().empty()) {
-    plans_.erase(sample.key);
-  } else {
-    plans_.insert_or_assign(sample.key, sample.value);
-  }
+void CellView::apply(bus::Sample<msg::PlannedMotion> sample) {
+  const auto found = index_.find(sample.disposed ? sample.key : sample.value.arm());
+  if (found == index_.end()) return;
+  auto& motion = arms_[found->second].motion;
+  motion.reset();
+  if (!sample.disposed) motion = std::move(sample.value);
+}
+
+void CellView::forget_motions() {
+  for (Known& known : arms_) known.motion.reset();
 }
 
 void CellView::place_obstacles() {
@@ -77,8 +81,12 @@ void CellView::place_obstacles() {
 
 ArmSnapshot CellView::arm(std::size_t index) const {
   const Known& known = arms_[index];
-  return {known.arm, known.state ? &*known.state : nullptr, known.goal ? &*known.goal : nullptr,
-          known.placed ? &known.kinematics : nullptr, known.state ? time_at(known.state->received) : Time()};
+  return {known.arm,
+          known.state ? &*known.state : nullptr,
+          known.goal ? &*known.goal : nullptr,
+          known.motion ? &*known.motion : nullptr,
+          known.placed ? &known.kinematics : nullptr,
+          known.state ? time_at(known.state->received) : Time()};
 }
 
 Time CellView::time_at(Clock::time_point at) const {

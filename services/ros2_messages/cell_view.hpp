@@ -11,6 +11,7 @@
 
 #include <idl/arm.h>
 #include <idl/goal.h>
+#include <idl/planner.h>
 #include <idl/world.h>
 
 #include "planner/cell.hpp"
@@ -32,6 +33,7 @@ struct ArmSnapshot {
   const planner::Arm* arm = nullptr;
   const bus::Sample<msg::ArmState>* state = nullptr;  ///< null: none received
   const msg::GoalStatus* goal = nullptr;              ///< of the newest goal; null: none
+  const msg::PlannedMotion* motion = nullptr;         ///< null: none received
   const planner::Kinematics* kinematics = nullptr;    ///< at the measured position; null: not known
   Time stamp;                                         ///< of `state`
 };
@@ -49,11 +51,11 @@ class CellView {
   void apply(bus::Sample<msg::GoalStatus> sample);
   void apply(const bus::Sample<msg::ObstacleShapes>& sample);
   void apply(bus::Sample<msg::ObstacleStates> sample);
-  void apply(const bus::Sample<msg::CoupledPlan>& sample);
+  void apply(bus::Sample<msg::PlannedMotion> sample);
   /// Takes the shapes of an obstacle. They are ignored when they are malformed.
   void set_shapes(const std::string& name, const msg::Obstacle& obstacle);
   void forget_shapes() { known_shapes_.clear(); }
-  void forget_plans() { plans_.clear(); }
+  void forget_motions();
 
   [[nodiscard]] std::size_t size() const { return arms_.size(); }
   [[nodiscard]] ArmSnapshot arm(std::size_t index) const;
@@ -68,8 +70,6 @@ class CellView {
   void place_obstacles();
   /// By name, as of the last place_obstacles().
   [[nodiscard]] const std::map<std::string, Obstacle>& obstacles() const { return obstacles_; }
-  /// The plans of several arms that are in force.
-  [[nodiscard]] const std::map<std::string, msg::CoupledPlan>& coupled_plans() const { return plans_; }
   /// The origin in W of a body as a planner names it, "north/forearm" or "crate"; empty: unknown.
   [[nodiscard]] std::optional<Eigen::Vector3d> position_of(const std::string& body) const;
   /// Where the tool of an arm is at q.
@@ -80,6 +80,7 @@ class CellView {
     const planner::Arm* arm = nullptr;
     std::optional<bus::Sample<msg::ArmState>> state;
     std::optional<msg::GoalStatus> goal;
+    std::optional<msg::PlannedMotion> motion;
     planner::Kinematics kinematics;
     bool placed = false;
   };
@@ -87,7 +88,6 @@ class CellView {
   CellEpoch epoch_;
   std::vector<Known> arms_;
   std::map<std::string, std::size_t, std::less<>> index_;
-  std::map<std::string, msg::CoupledPlan> plans_;
   std::map<std::string, std::vector<world::PlacedShape>> known_shapes_;
   msg::ObstacleStates newest_;
   std::map<std::string, Obstacle> obstacles_;

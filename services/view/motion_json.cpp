@@ -2,59 +2,21 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstddef>
-#include <span>
 #include <vector>
 
-#include "planner/local/goal_objective.hpp"
-#include "planner/model/kinematics.hpp"
 #include "services/messages/convert.hpp"
+#include "services/ros2_messages/planned_way.hpp"
 
 namespace hecaton::services::view {
 namespace {
 
 using planner::JointVector;
 
-constexpr double kStep = 0.08;  ///< of the joint that moves most, between two points of a line [rad | m]
-constexpr int kMostSteps = 40;  ///< of a line
-
-/// Empty: a point is not usable.
-std::vector<JointVector> points_of(const std::vector<double>& values, int joints) {
-  std::vector<JointVector> points;
-  const auto size = static_cast<std::size_t>(joints);
-  for (std::size_t at = 0; at + size <= values.size(); at += size) {
-    const auto q = messages::joints_from_message(std::span(values).subspan(at, size), "PlannedMotion", joints);
-    if (!q) return {};
-    points.push_back(*q);
-  }
-  return points;
-}
-
-Json tool_at(const planner::Arm& arm, const JointVector& q) {
-  planner::Kinematics kinematics;
-  planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
-  const Eigen::Vector3d p = kinematics.X_WT.translation();
-  return {rounded(p.x(), 1e4), rounded(p.y(), 1e4), rounded(p.z(), 1e4)};
-}
-
-/// The tool on the straight lines between `points`, from `q` on.
-Json line(const planner::Arm& arm, JointVector q, const std::vector<JointVector>& points) {
+Json line(const planner::Arm& arm, const JointVector& q, const std::vector<JointVector>& points) {
   Json line = Json::array();
-  if (points.empty()) return line;
-  std::vector<JointVector> moves;
-  double length = 0.0;
-  for (JointVector from = q; const JointVector& to : points) {
-    moves.push_back(planner::joint_difference(arm.limits, from, to));
-    length += moves.back().cwiseAbs().maxCoeff();
-    from = to;
-  }
-  const double step = std::max(kStep, length / kMostSteps);
-  line.push_back(tool_at(arm, q));
-  for (const JointVector& move : moves) {
-    const int steps = std::max(1, static_cast<int>(std::lround(move.cwiseAbs().maxCoeff() / step)));
-    for (int i = 1; i <= steps; ++i) line.push_back(tool_at(arm, q + move * (static_cast<double>(i) / steps)));
-    q += move;
+  for (const Eigen::Vector3d& p : ros2::tool_way(arm, q, points)) {
+    line.push_back({rounded(p.x(), 1e4), rounded(p.y(), 1e4), rounded(p.z(), 1e4)});
   }
   return line;
 }
@@ -81,9 +43,9 @@ Json motions_json(const CellFeed& feed) {
       const int joints = arm.model->joints();
       if (const auto q = messages::joints_from_message(state->value.q(), arm.name.c_str(), joints)) {
         const double age = std::chrono::duration<double>(motion->age(feed.now())).count();
-        json["way"] = line(arm, *q, points_of(motion->value.way(), joints));
-        json["foreseen"] =
-            line(arm, *q, left_of(points_of(motion->value.foreseen(), joints), age, motion->value.foreseen_period()));
+        json["way"] = line(arm, *q, ros2::points_of(motion->value.way(), joints));
+        json["foreseen"] = line(
+            arm, *q, left_of(ros2::points_of(motion->value.foreseen(), joints), age, motion->value.foreseen_period()));
       }
     }
     arms.push_back(std::move(json));

@@ -36,8 +36,10 @@ void Ros2Scene::update_markers(const CellState& cell, const ros2::Time& stamp) {
     for (const auto& [name, obstacle] : cell.obstacles()) view_.set_shapes(name, obstacle);
   }
   if (const auto* states = cell.obstacle_states()) view_.apply(*states);
-  view_.forget_plans();
-  for (const auto& [arm, plan] : cell.plans()) view_.apply(plan);
+  view_.forget_motions();
+  for (const planner::PlannedArm& planned : file_.cell.arms) {
+    if (const auto* motion = cell.motion(planned.arm.name)) view_.apply(*motion);
+  }
   markers_.update(view_, {}, stamp);
 }
 

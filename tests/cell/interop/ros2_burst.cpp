@@ -46,9 +46,9 @@ class RandomCell {
       planned.arm.X_WB = pose();
       view_.apply(received(state(planned.arm)));
       view_.apply(received(goal(planned.arm)));
+      view_.apply(received(motion(planned.arm)));
     }
     view_.apply(received(obstacles()));
-    view_.apply(received(coupled_plan()));
   }
   [[nodiscard]] std::vector<ros2::OrderedPath> paths() {
     std::vector<ros2::OrderedPath> all;
@@ -79,8 +79,8 @@ class RandomCell {
     }
     return status;
   }
-  [[nodiscard]] ros2::SceneReport scenes() {
-    ros2::SceneReport report{random_.next() % 1000, random_.next() % 1000, {}};
+  [[nodiscard]] ros2::OrderReport orders() {
+    ros2::OrderReport report{text(), random_.next() % 1000, random_.next() % 1000, {}};
     if (count(2) == 0) report.refusal = text();
     return report;
   }
@@ -176,17 +176,13 @@ class RandomCell {
     }
     return states;
   }
-  msg::CoupledPlan coupled_plan() {
-    msg::CoupledPlan plan;
-    plan.arm(file_.cell.arms.front().arm.name);
-    plan.points(static_cast<std::uint32_t>(count(10)));
-    for (const planner::PlannedArm& planned : file_.cell.arms) plan.arms().push_back(planned.arm.name);
-    for (std::uint32_t point = 0; point < plan.points(); ++point) {
-      for (const planner::PlannedArm& planned : file_.cell.arms) {
-        for (const double q : joints(planned.arm)) plan.q().push_back(q);
-      }
+  msg::PlannedMotion motion(const planner::Arm& arm) {
+    msg::PlannedMotion motion;
+    motion.arm(arm.name);
+    for (int i = count(10); i > 0; --i) {
+      for (const double q : joints(arm)) motion.way().push_back(q);
     }
-    return plan;
+    return motion;
   }
 
   config::CellFile file_;
@@ -275,7 +271,7 @@ void publish(const std::string& path) {
     publisher.publish_arm_status(cell.view(), now);
     publisher.publish_markers(cell.view(), cell.paths());
     const CellStatus status = cell.status();
-    publisher.publish_diagnostics(&status, "", cell.scenes());
+    publisher.publish_diagnostics(&status, "", {cell.orders()});
     answers.publish();
     std::this_thread::sleep_until(next);
   }

@@ -281,7 +281,9 @@ TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
 
   PeerWriter<geometry_msgs::msg::PoseStampedPubSubType> poses(*peer_, "rt/cell/north/goal_pose");
   Markers goals(*peer_, "rt/cell/hecaton/goals");
-  ASSERT_TRUE(poses.wait_matched() && goals.wait_matched());
+  Markers plans(*peer_, "rt/cell/hecaton/plans");
+  Diagnostics diagnostics(*peer_, "rt/diagnostics");
+  ASSERT_TRUE(poses.wait_matched() && goals.wait_matched() && plans.wait_matched() && diagnostics.wait_matched());
   q[0] -= 0.6;
   const Pose tool = tool_at("north", q);
   geometry_msgs::msg::PoseStamped pose;
@@ -294,13 +296,26 @@ TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
   pose.pose().orientation().z(tool.rotation[3]);
   pose.header().frame_id("camera");
   const auto before = cell.arm("north").goal();
-  poses.write(pose);  // ignored
+  poses.write(pose);
+  EXPECT_TRUE(diagnostics.next([](const auto& message) {
+    return std::any_of(message.status().begin(), message.status().end(), [](const auto& entry) {
+      return entry.name() == "hecaton: goals" &&
+             entry.message() == "arm north: goal_pose: frame_id = 'camera' must be world";
+    });
+  })) << "it is refused";
   pose.header().frame_id("world");
   poses.write(pose);
   EXPECT_TRUE(goals.next([](const auto& message) {
     return std::any_of(message.markers().begin(), message.markers().end(),
                        [](const auto& marker) { return marker.ns() == "north" && marker.type() == 9; });
   })) << "the name at the goal";
+  EXPECT_TRUE(plans.next([&](const auto& message) {
+    return std::any_of(message.markers().begin(), message.markers().end(), [&](const auto& marker) {
+      if (marker.ns() != "north" || marker.points().size() < 2) return false;
+      const auto& end = marker.points().back();
+      return std::hypot(end.x() - tool.position.x, end.y() - tool.position.y, end.z() - tool.position.z) < 0.005;
+    });
+  })) << "the way to the goal";
   const auto arrived = [&] {
     const auto goal = cell.arm("north").goal();
     return goal && goal->goal != before->goal && goal->state == GoalState::kReached;

@@ -1,0 +1,19 @@
+#pragma once
+/// The way of a tool along the points that a planner publishes.
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "planner/model/arm.hpp"
+
+namespace hecaton::ros2 {
+
+/// The points of a field of PlannedMotion [rad | m]. Empty: one is not usable.
+[[nodiscard]] std::vector<planner::JointVector> points_of(const std::vector<double>& values, int joints);
+
+/// Positions in W of the tool while the joints move from `q` straight from point to point [m]. Empty without points.
+[[nodiscard]] std::vector<Eigen::Vector3d> tool_way(const planner::Arm& arm, planner::JointVector q,
+                                                    const std::vector<planner::JointVector>& points);
+
+}  // namespace hecaton::ros2
