@@ -191,7 +191,10 @@ void Connection::run() {
           goal_calls.emplace_back(record.callback, to_public(*record.status));
         }
         const bool over = record.status && is_final(static_cast<GoalState>(record.status->state()));
-        entry = over ? goals_.erase(entry) : std::next(entry);
+        // Nobody asks any more for a goal without an answer: without a planner there may never be one.
+        const bool forgotten = entry->second.use_count() == 1 && !record.callback && !record.status &&
+                               Clock::now() > record.sent + kLastAnswers;
+        entry = over || forgotten ? goals_.erase(entry) : std::next(entry);
       }
       on_fault = on_fault_;
       fault_calls = std::exchange(fault_news_, {});
@@ -500,6 +503,11 @@ void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
   record->news = record->status.has_value();
   goals_[record->goal.goal()] = record;  // also a goal that has ended: the callback gets its last progress
   mailbox_.notify();
+}
+
+std::size_t Connection::open_goals() const {
+  const Lock lock(mutex_);
+  return goals_.size();
 }
 
 std::vector<std::string> Connection::arms() const {

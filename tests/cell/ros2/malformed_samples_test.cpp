@@ -130,6 +130,7 @@ TEST_F(Ros2Cell, IgnoresMalformedSamplesWithinItsMemory) {
     topics["rt/cell/" + arm + "/goal_pose"] = "geometry_msgs::msg::dds_::PoseStamped_";
     topics["rt/cell/" + arm + "/planning_scene"] = "moveit_msgs::msg::dds_::PlanningScene_";
   }
+  topics["rt/cell/robot_description"] = "std_msgs::msg::dds_::String_";
   topics["rt/cell/planning_scene"] = "moveit_msgs::msg::dds_::PlanningScene_";
   topics["ros_discovery_info"] = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
   reset_peak_memory(pid);

@@ -325,6 +325,16 @@ TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
   EXPECT_NEAR(there.position.x, tool.position.x, 0.005);
   EXPECT_NEAR(there.position.y, tool.position.y, 0.005);
   EXPECT_NEAR(there.position.z, tool.position.z, 0.005);
+
+  PeerReader<diagnostic_msgs::msg::DiagnosticStatusPubSubType> status(*peer_, "rt/cell/north/status");
+  ASSERT_TRUE(status.wait_matched());
+  pose.pose().position().x(9.0);
+  poses.write(pose);
+  EXPECT_TRUE(status.next([](const auto& message) {
+    return message.level() == 1 && std::any_of(message.values().begin(), message.values().end(), [](const auto& value) {
+             return value.key() == "goal_state" && value.value() == "rejected";
+           });
+  })) << "its planner rejects what is out of reach";
 }
 
 TEST_F(Ros2Cell, FollowsTrajectoriesOfThreeArmsAtOnce) {

@@ -1,4 +1,4 @@
-/// The client library without a network.
+/// The client library without a cell.
 
 #include <cmath>
 #include <limits>
@@ -8,6 +8,8 @@
 
 #include "services/client/connection.hpp"
 #include "services/client/convert.hpp"
+#include "services/config/cell_file.hpp"
+#include "tests/support/free_domain.hpp"
 
 namespace hecaton::client {
 namespace {
@@ -140,6 +142,24 @@ TEST(Connect, RejectsADomainOutsideItsRangeWithBoth) {
                 "domain = " + std::to_string(domain) + " must be a whole number from 0 to 199");
     }
   }
+}
+
+TEST(GoalsWithoutAPlanner, AreForgottenWhenNobodyHoldsThem) {
+  const test::FreeDomain domain;
+  const auto connection = Connection::make(
+      join(config::load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"), domain.number()));
+  const auto send = [&] {
+    msg::Goal goal;
+    goal.arm("north");
+    goal.kind(msg::GoalKind::GOAL_NAMED);
+    goal.named("home");
+    return connection->send(goal);
+  };
+  const auto held = send();
+  for (int i = 0; i < 300; ++i) static_cast<void>(send());
+  EXPECT_EQ(connection->open_goals(), 301U);
+  EXPECT_TRUE(connection->wait_until([&] { return connection->open_goals() == 1; }, {std::chrono::seconds(100), {}}));
+  EXPECT_FALSE(connection->status_of(*held));
 }
 
 }  // namespace
