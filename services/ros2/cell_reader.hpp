@@ -15,7 +15,7 @@ class CellReader {
   /// `file` and `mailbox` must outlive it.
   CellReader(const config::CellFile& file, bus::Participant& participant, bus::Mailbox& mailbox);
 
-  /// Takes all that has arrived. `motions`: also what planners want, which they publish only while someone reads it.
+  /// Takes all that has arrived. `motions`: also what planners want, which they publish only to readers.
   void update(bool motions);
 
   [[nodiscard]] CellView& view() { return view_; }

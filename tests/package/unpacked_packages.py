@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Unpacks the Debian packages, and uses them as a user would who has installed them: a cell of three arms, and a Python program
-that sends it goals. That apt would install them, it only simulates.
+"""Unpacks the Debian packages and uses them like installed ones: a cell of three arms, and a Python program that sends it goals.
+That apt would install them, it only simulates.
 
 usage: unpacked_packages.py FOLDER      the folder of the packages
 """
