@@ -191,7 +191,7 @@ void Connection::run() {
           goal_calls.emplace_back(record.callback, to_public(*record.status));
         }
         const bool over = record.status && is_final(static_cast<GoalState>(record.status->state()));
-        // Nobody asks any more for a goal without an answer: without a planner there may never be one.
+        // Without a planner a goal may never get an answer. Nothing but this list knows it.
         const bool forgotten = entry->second.use_count() == 1 && !record.callback && !record.status &&
                                Clock::now() > record.sent + kLastAnswers;
         entry = over || forgotten ? goals_.erase(entry) : std::next(entry);

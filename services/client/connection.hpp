@@ -107,7 +107,7 @@ class Connection {
   /// Names of the arms: of the last status, else of the cell file. Empty: not known. Does not wait.
   [[nodiscard]] std::vector<std::string> arms() const;
 
-  /// Goals that have not ended, but for those without an answer that nobody holds any more.
+  /// Goals that have not ended, but for those without an answer and without another owner.
   [[nodiscard]] std::size_t open_goals() const;
   /// Status of the arm's newest goal, of any client; never of a replaced goal.
   [[nodiscard]] std::optional<msg::GoalStatus> newest_goal(const std::string& arm);
