@@ -343,6 +343,21 @@ TEST_F(CellStatusTest, JudgesAnArmAtOnePercentByItsSpeed) {
   EXPECT_TRUE(stands_without_reason("left", watch_, snapshot_));
 }
 
+TEST_F(CellStatusTest, NamesADriverThatRefusesItsPlanner) {
+  const auto refuses = [this](msg::CauseKind kind) {
+    state("left", msg::ArmMode::ARM_STOPPED, 0.0, "");
+    snapshot_.arms.at("left").value.cause(make_cause(kind, "planner/left", "term 3 is outdated"));
+    return stands_without_reason("left", watch_, snapshot_);
+  };
+  EXPECT_EQ(refuses(msg::CauseKind::CAUSE_COMMAND_REFUSED), "term 3 is outdated") << "also without a goal";
+  EXPECT_EQ(refuses(msg::CauseKind::CAUSE_COMMAND_TOO_FAR), "term 3 is outdated");
+  EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_COMMANDS_CEASED)) << "no goal";
+  EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_HOLD_ORDERED)) << "a person wants it";
+  // The reason of the cell comes first.
+  EXPECT_TRUE(is_none(watch_.mode().stop({})));
+  EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_COMMAND_REFUSED));
+}
+
 class StandbyStatus : public CellStatusTest {
  protected:
   StandbyStatus() { failover_ = PlannerFailover({{"left", {"planner/left", "planner/left@beta"}}}); }
