@@ -36,8 +36,9 @@ struct SavedTrajectory {
   std::vector<double> start;  ///< position of the arm when it was accepted [rad | m]
   std::int64_t begun_ns = 0;  ///< steady clock
   bool canceling = false;
+  std::vector<std::string> replaced;  ///< goals with which the planner goes on if it rejects this one
   static void fields(auto& self, auto& visit) {
-    visit(self.id, self.goal, self.order, self.start, self.begun_ns, self.canceling);
+    visit(self.id, self.goal, self.order, self.start, self.begun_ns, self.canceling, self.replaced);
   }
 };
 

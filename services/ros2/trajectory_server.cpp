@@ -191,7 +191,12 @@ void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point 
     auto checked = check_trajectory(active.order, arm_, start, 0.0);
     if (auto* accepted = std::get_if<TrajectoryOrder>(&checked)) order = std::move(*accepted);
   }
+  std::vector<Goal> replaced;
+  for (const std::string& goal : active.replaced) {
+    replaced.push_back(client::Connection::adopt(connection_, arm_.name, goal));
+  }
   if (!order || active.goal.empty()) {
+    static_cast<void>(cancel(std::move(replaced)));
     goals_.end(id, ActionGoals::kAborted,
                {static_cast<std::int32_t>(TrajectoryCode::kInvalidGoal),
                 "hecaton-ros2 was restarted before it had sent the trajectory"},
@@ -199,15 +204,9 @@ void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point 
     return;
   }
   const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
-  active_.emplace(Active{id,
-                         TrajectoryFollower(std::move(*order)),
-                         active.order,
-                         client::Connection::adopt(connection_, arm_.name, active.goal),
-                         {},
-                         begun,
-                         begun,
-                         std::nullopt,
-                         true});
+  active_.emplace(Active{id, TrajectoryFollower(std::move(*order)), active.order,
+                         client::Connection::adopt(connection_, arm_.name, active.goal), std::move(replaced), begun,
+                         begun, std::nullopt, true});
   if (active.canceling) {
     active_->cancellation.emplace();
     active_->updated = now;
@@ -224,12 +223,15 @@ void TrajectoryServer::save() {
   }
   if (active_) {
     const planner::JointVector& start = active_->follower.order().start;
+    std::vector<std::string> replaced;
+    for (const Goal& goal : active_->replaced) replaced.push_back(goal.id());
     action.active.push_back({{active_->id},
                              active_->goal ? active_->goal->id() : std::string(),
                              active_->order,
                              {start.begin(), start.end()},
                              stamp_of(active_->begun),
-                             active_->cancellation.has_value()});
+                             active_->cancellation.has_value(),
+                             std::move(replaced)});
   }
   checkpoint_.save(action);
 }
@@ -429,12 +431,18 @@ void TrajectoryServer::await_cancellation(Clock::time_point now) {
 
 void TrajectoryServer::cancel_active(Clock::time_point now) {
   cancel_tried_ = now;
+  std::vector<Goal> goals = active_->replaced;
+  if (active_->goal) goals.push_back(*active_->goal);
+  active_->cancel_sent = cancel(std::move(goals));
+}
+
+bool TrajectoryServer::cancel(std::vector<Goal> goals) const {
   try {
-    for (Goal& goal : active_->replaced) goal.cancel();
-    if (active_->goal) active_->goal->cancel();
-    active_->cancel_sent = true;
+    for (Goal& goal : goals) goal.cancel();
+    return true;
   } catch (const Error& error) {
     services::log_warning("trajectory not cancelled at its planner", {{"arm", arm_.name}, {"reason", error.what()}});
+    return false;
   }
 }
 

@@ -118,6 +118,8 @@ class TrajectoryServer {
   /// Cancels the active goal, and those that it replaces, at the planner. A failure is logged; later calls try again,
   /// once a second.
   void cancel_active(Clock::time_point now);
+  /// False: one could not be cancelled, which is logged.
+  [[nodiscard]] bool cancel(std::vector<Goal> goals) const;
   [[nodiscard]] bool is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const;
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
   void send_goal(Clock::time_point now);

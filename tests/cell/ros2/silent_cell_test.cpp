@@ -52,17 +52,24 @@ class SilentPlanner : public SilentCell {
     state_.value.q({home.begin(), home.end()});
     state_.received = bus::Clock::now();
     planner::forward_kinematics(*arm_.model, arm_.X_WB, home, kinematics_);
+    start();
+  }
+  ~SilentPlanner() override { end(); }
+  /// The service, with what an earlier one has left.
+  void start() {
+    server_.emplace(participant_, "/cell", arm_, connection_, mailbox_, run_.path("ros2-north"));
     serve([this](bus::Clock::time_point now) {
       ros2::ArmSnapshot snapshot;
       snapshot.arm = &arm_;
       snapshot.state = &state_;
       snapshot.kinematics = &kinematics_;
-      server_.update(snapshot, now);
+      server_->update(snapshot, now);
     });
   }
-  ~SilentPlanner() override {
+  void end() {
     loop_.request_stop();
     loop_.join();
+    server_.reset();
   }
   std::optional<ActionClient::Id> send_trajectory() {
     const auto& home = arm_.home();
@@ -72,7 +79,8 @@ class SilentPlanner : public SilentCell {
   const planner::Arm& arm_ = file_.cell.arms[0].arm;
   bus::Sample<msg::ArmState> state_;
   planner::Kinematics kinematics_;
-  ros2::TrajectoryServer server_{participant_, "/cell", arm_, connection_, mailbox_, ""};
+  TemporaryFolder run_;
+  std::optional<ros2::TrajectoryServer> server_;
   ActionClient client_{peer_, arm_.name};
 };
 
@@ -91,6 +99,47 @@ TEST_F(SilentPlanner, EndsACancelledTrajectoryThatNoPlannerAnswers) {
   EXPECT_NE(result->result().error_string().find("no planner of the arm has confirmed it for 10 s"), std::string::npos)
       << result->result().error_string();
   EXPECT_EQ(client_.cancel(*id), 3) << "it has ended";
+}
+
+TEST_F(SilentPlanner, CancelsAfterARestartWhatARejectedTrajectoryReplaced) {
+  bus::ParticipantOptions options;
+  options.partition = file_.cell.name;
+  bus::Participant planner(cell_domain_.number(), "planner/" + arm_.name, options);
+  bus::Mailbox mailbox;
+  bus::Reader<msg::Goal> goals(planner, &mailbox);
+  bus::Writer<msg::GoalStatus> statuses(planner);
+  const auto next = [&]() -> std::optional<msg::Goal> {
+    const auto until = std::chrono::steady_clock::now() + kLong;
+    std::vector<bus::Sample<msg::Goal>> taken;
+    while ((taken = goals.take()).empty()) {
+      if (std::chrono::steady_clock::now() > until) return std::nullopt;
+      static_cast<void>(mailbox.wait(20ms));
+      static_cast<void>(mailbox.take_events());
+    }
+    return taken.front().value;
+  };
+  ASSERT_TRUE(client_.wait_available());
+  ASSERT_TRUE(send_trajectory());
+  const auto first = next();
+  ASSERT_TRUE(first && send_trajectory());
+  const auto second = next();
+  ASSERT_TRUE(second);
+  EXPECT_FALSE(second->cancel());
+  end();
+  start();
+  msg::GoalStatus rejected;
+  rejected.arm(arm_.name);
+  rejected.goal(second->goal());
+  rejected.term(1);
+  rejected.sequence_number(1);
+  rejected.stamp_ns(1);
+  rejected.node("planner/" + arm_.name);
+  rejected.state(msg::GoalState::GOAL_REJECTED);
+  ASSERT_TRUE(statuses.write(rejected));
+  const auto cancelled = next();
+  ASSERT_TRUE(cancelled);
+  EXPECT_EQ(cancelled->goal(), first->goal());
+  EXPECT_TRUE(cancelled->cancel());
 }
 
 TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {

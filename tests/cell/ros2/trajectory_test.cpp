@@ -312,6 +312,7 @@ TEST(Ros2ActionCheckpoint, KeepsWhatWasSavedLast) {
   active.order.trajectory.joint_names = {"joint1"};
   active.start = {0.5};
   active.begun_ns = 123;
+  active.replaced = {"client/host-1/1"};
   ros2::ActionCheckpoint checkpoint(path);
   checkpoint.save({"north", {}, {}, {}});
   checkpoint.save(action);
