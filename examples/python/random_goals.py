@@ -58,8 +58,8 @@ def main() -> int:
         print("usage: random_goals.py CELL [GOALS [PLOT.png]]", file=sys.stderr)
         return 2
     goals = int(sys.argv[2]) if len(sys.argv) > 2 else 100
-    file = hecaton.load(sys.argv[1])
     try:
+        file = hecaton.load(sys.argv[1])
         with hecaton.connect(sys.argv[1], timeout=20) as cell:
             outcomes = asyncio.run(all_arms(cell, file, goals))
             report = cell.status().contacts

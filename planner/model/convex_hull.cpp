@@ -232,6 +232,9 @@ world::ConvexHull enclosing_hull(const world::ConvexHull& hull, int most_vertice
 }
 
 world::Convex convex_shape(std::span<const Eigen::Vector3d> points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].allFinite()) throw std::invalid_argument("points[" + std::to_string(i) + "] must be finite");
+  }
   const auto hull = convex_hull(points);
   if (!hull) throw std::invalid_argument("a shape of " + std::to_string(points.size()) + " points has no volume");
   return {std::make_shared<const world::ConvexHull>(enclosing_hull(*hull, kMaxHullVertices))};

@@ -50,13 +50,14 @@ void fill(msg::Goal& goal, const GoalOptions& options) {
   }
 }
 
-/// `more`: behind the text of a table. JSON of --watch: one document a line.
+/// `more`: behind the text of a table. A status of --watch is a document: a line of JSON.
 void print_status(const Settings& settings, const GoalOptions& options, const msg::GoalStatus& status,
                   const std::string& more = "") {
   if (options.watch && settings.format() == OutputFormat::kJson) {
     std::printf("%s\n", to_json(status).dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
     std::fflush(stdout);
   } else {
+    if (options.watch && settings.format() == OutputFormat::kYaml) std::printf("---\n");
     print(settings, to_json(status), options.arm + ": " + goal_text(status) + more + "\n");
   }
 }

@@ -199,6 +199,10 @@ void check_ros2_names(const MapView& root, const CellFile& file) {
   if (!file.ros2) return;
   for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
     const std::string& name = file.cell.arms[i].arm.name;
+    if (name == "hecaton") {
+      root.fail("arms[" + std::to_string(i) + "].name", name,
+                "another name, because the section ros2 has the orders of the whole cell under this one");
+    }
     const bool digit_first = name.front() >= '0' && name.front() <= '9';
     if (!digit_first && name.find_first_of("-.") == std::string::npos) continue;
     root.fail("arms[" + std::to_string(i) + "].name", name,

@@ -72,11 +72,12 @@ void GoalManager::receive(const msg::Goal& goal, Clock::time_point now) {
     if (unknown_.size() > kRemembered) unknown_.pop_front();
     return;
   }
+  // A later goal replaces an earlier one: it must not be refused for those.
   if (waiting_.size() == kMostWaiting) {
-    add_status(goal, msg::GoalState::GOAL_REJECTED,
-               make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, goal.goal(),
-                          std::to_string(kMostWaiting) + " goals wait for this arm already: send it again later"));
-    return;
+    add_status(waiting_.front().goal, msg::GoalState::GOAL_REJECTED,
+               make_cause(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW, waiting_.front().goal.goal(),
+                          std::to_string(kMostWaiting) + " later goals of this arm wait"));
+    waiting_.pop_front();
   }
   waiting_.push_back({goal, now});
   const bool cancelled_before = std::erase_if(unknown_, [&](const auto& it) { return it.goal == goal.goal(); }) > 0;

@@ -46,14 +46,18 @@ struct Number {
   return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-/// Numbers of any sequence or array of one dimension. Empty if `source` is neither, or has another element than
-/// numbers.
+/// Numbers of any sequence or array of one dimension. Empty if `source` is neither, or has another element than a real
+/// number.
 [[nodiscard]] inline std::optional<std::vector<double>> numbers_in(py::handle source) {
   if (py::isinstance<py::str>(source) || !py::isinstance<py::sequence>(source)) {
     if (!py::isinstance<py::array>(source)) return std::nullopt;
   }
+  // NumPy converts texts, truth values and complex numbers as well.
+  const auto plain = py::array::ensure(source);
+  const char kind = plain ? plain.dtype().kind() : ' ';
+  const bool real = kind == 'i' || kind == 'u' || kind == 'f';
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(source);
-  if (!array) {
+  if (!real || !array) {
     PyErr_Clear();
     return std::nullopt;
   }

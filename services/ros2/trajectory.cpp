@@ -227,6 +227,8 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
   switch (input.report) {
     case GoalReport::kLost:
       return end(TrajectoryCode::kInvalidGoal, "the goal was lost" + because);
+    case GoalReport::kReplaced:
+      return end(TrajectoryCode::kInvalidGoal, "a later goal has replaced this trajectory" + because);
     case GoalReport::kRejected:
       return end(TrajectoryCode::kInvalidGoal, "the planner rejects the trajectory" + because);
     case GoalReport::kLeftPath:

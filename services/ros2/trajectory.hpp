@@ -79,7 +79,8 @@ class TrajectoryFollower {
     kReached,
     kRejected,  ///< the planner rejects the trajectory
     kLeftPath,  ///< the planner has ended the goal: a joint is outside its path tolerance
-    kLost,      ///< the goal ended otherwise: another client has replaced it, for instance
+    kReplaced,  ///< by a later goal, which is none of the action
+    kLost,      ///< the goal ended otherwise
   };
   /// A trajectory ends when no planner has answered it for this long [s]. The agent restarts a planner that has failed;
   /// until it answers, some seconds pass (docs/results.md, "ROS 2 and Python").

@@ -30,12 +30,11 @@ std::string action_name(const std::string& ns, const planner::Arm& arm) {
 
 /// Why the arm is late or the goal has ended, with the pair of bodies that bounds the motion.
 std::string reason_of(const Progress& progress) {
-  std::string text = progress.cause.text;
-  if (progress.binding) {
-    text += (text.empty() ? "" : " ") + std::string("(") + progress.binding->own + " is " +
-            std::to_string(progress.binding->distance).substr(0, 5) + " m from " + progress.binding->other + ")";
-  }
-  return text;
+  const std::string& text = progress.cause.text;
+  if (!progress.binding) return text;
+  const std::string pair = progress.binding->own + " is " + std::to_string(progress.binding->distance).substr(0, 5) +
+                           " m from " + progress.binding->other;
+  return text.empty() ? pair : text + " (" + pair + ")";
 }
 
 std::int64_t nanoseconds_of(const Time& stamp) {
@@ -398,6 +397,7 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
     input.rate = progress->trajectory_rate;
     if (progress->state == GoalState::kReached) input.report = TrajectoryFollower::GoalReport::kReached;
     if (progress->state == GoalState::kRejected) input.report = TrajectoryFollower::GoalReport::kRejected;
+    if (progress->state == GoalState::kReplaced) input.report = TrajectoryFollower::GoalReport::kReplaced;
     if (over && progress->cause.kind == CauseKind::kPathTolerance) {
       input.report = TrajectoryFollower::GoalReport::kLeftPath;
     }

@@ -36,13 +36,15 @@ def refuse(key: str, value: object, must_be: str) -> NoReturn:
 def text(key: str, value: str) -> str:
     if not isinstance(value, str):
         refuse(key, value, "a str")
+    if "\0" in value:  # C++ would end the text there, and mean another name
+        refuse(key, value, "without NUL")
     return value
 
 
 def texts(key: str, value: str | Iterable[str]) -> list[str]:
     """One name or several. An empty list would be an order for the whole cell, which its caller does not want."""
     if isinstance(value, str):
-        return [value]
+        return [text(key, value)]
     if not isinstance(value, Iterable):
         refuse(key, value, "a list of names")
     names = [text(f"a name in {key}", name) for name in value]
@@ -117,9 +119,18 @@ def require_function(key: str, value: object) -> None:
         refuse(key, value, "a function")
 
 
+def _numbers(value: object) -> Vector:
+    """Real numbers only: NumPy also converts texts, truth values and complex numbers."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        raise TypeError
+    numbers: Vector = np.asarray(array, dtype=np.float64)
+    return numbers
+
+
 def joints(key: str, value: Sequence[float] | NDArray[Any]) -> Vector:
     try:
-        positions: Vector = np.asarray(value, dtype=np.float64)
+        positions = _numbers(value)
     except (TypeError, ValueError):
         positions = np.empty((0, 0))
     if positions.ndim != 1:
@@ -130,7 +141,7 @@ def joints(key: str, value: Sequence[float] | NDArray[Any]) -> Vector:
 def finite(key: str, value: object, must_be: str) -> Vector:
     """A copy as an array of finite numbers."""
     try:
-        array: Vector = np.array(value, dtype=np.float64)
+        array = np.array(_numbers(value))
     except (TypeError, ValueError):
         refuse(key, value, must_be)
     for index in np.argwhere(~np.isfinite(array))[:1].tolist():

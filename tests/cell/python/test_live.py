@@ -302,12 +302,19 @@ class Goals(LiveCell):
 
     def test_wrong_arguments_are_one_sentence(self):
         north, world = self.cell.arm("north"), self.cell.world
+        no_goal = ("a goal must be the name of a pose, a sequence or one-dimensional array of joint positions, or a "
+                   "hecaton.Pose")
         for sentence, call in (
                 ("time_limit = 'a' must be a number of seconds, or None for no limit",
                  lambda: north.go_to("home", time_limit="a")),
                 ("free_rotation = 'rol' must be none, roll, pitch, yaw or all",
                  lambda: north.go_to("home", free_rotation="rol")),
                 ("timeout = nan must be a number of seconds, or None for no limit", lambda: north.state(float("nan"))),
+                ("name = 'post\\x00er' must be without NUL", lambda: world.remove("post\0er")),
+                ("target = 'home\\x00' must be without NUL", lambda: north.go_to("home\0")),
+                (no_goal, lambda: north.go_to(["0"] * 6)),
+                (no_goal, lambda: north.go_to([True] * 6)),
+                (no_goal, lambda: north.go_to(np.zeros(6, dtype=complex))),
                 ("name = 3 must be a str", lambda: self.cell.arm(3)),
                 ("arms = 5 must be a list of names", lambda: self.cell.hold(5)),
                 ("shape = 0.1 must be a hecaton.Box, hecaton.Sphere, hecaton.Cylinder, hecaton.Capsule, "

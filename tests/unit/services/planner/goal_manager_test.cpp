@@ -168,14 +168,15 @@ TEST_F(GoalManagerTest, ResolvesOneGoalAtATimeInTheOrderOfArrival) {
   EXPECT_EQ(goals_.next_to_resolve()->goal(), "b");
 }
 
-TEST_F(GoalManagerTest, RejectsGoalsAboveTheMostThatMayWait) {
+TEST_F(GoalManagerTest, RejectsTheOldestGoalsAboveTheMostThatMayWait) {
   for (int i = 0; i < 1000; ++i) goals_.receive(goal("g" + std::to_string(i)), now_);
   const Statuses rejected = statuses();
   ASSERT_EQ(rejected.size(), 1000U - 64U);
-  EXPECT_EQ(rejected.front().first, "g64");
+  EXPECT_EQ(rejected.front().first, "g0");
+  EXPECT_EQ(rejected.back().first, "g935");
   EXPECT_EQ(rejected.front().second, msg::GoalState::GOAL_REJECTED);
-  EXPECT_EQ(statuses_.front().cause().text(), "64 goals wait for this arm already: send it again later");
-  EXPECT_EQ(goals_.next_to_resolve()->goal(), "g0");
+  EXPECT_EQ(statuses_.front().cause().text(), "64 later goals of this arm wait");
+  EXPECT_EQ(goals_.next_to_resolve()->goal(), "g936");
   goals_.receive(goal("later"), now_);
   EXPECT_TRUE(statuses().empty()) << "it has a place";
 }

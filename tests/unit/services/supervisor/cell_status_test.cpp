@@ -349,7 +349,8 @@ TEST_F(CellStatusTest, NamesADriverThatRefusesItsPlanner) {
     snapshot_.arms.at("left").value.cause(make_cause(kind, "planner/left", "term 3 is outdated"));
     return stands_without_reason("left", watch_, snapshot_);
   };
-  EXPECT_EQ(refuses(msg::CauseKind::CAUSE_COMMAND_REFUSED), "driver has stopped: term 3 is outdated") << "also without a goal";
+  EXPECT_EQ(refuses(msg::CauseKind::CAUSE_COMMAND_REFUSED), "driver has stopped: term 3 is outdated")
+      << "also without a goal";
   EXPECT_EQ(refuses(msg::CauseKind::CAUSE_COMMAND_TOO_FAR), "driver has stopped: term 3 is outdated");
   EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_COMMANDS_CEASED)) << "no goal";
   EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_HOLD_ORDERED)) << "a person wants it";
