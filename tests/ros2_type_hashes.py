@@ -91,14 +91,22 @@ def all_types(root):
     return types
 
 
+def text_field(line):
+    """A field of a message text of ROS 2 whose types are in the same package."""
+    text, name = line.split()
+    base, size = re.fullmatch(r"([\w<=]+)(?:\[(\d*)\])?", text).groups()
+    idl = base.replace("string<=", "string<") + (">" if "<=" in base else "")
+    if idl not in BASIC and not idl.startswith("string"):
+        idl = f"rmw_dds_common::msg::{base}"
+    return {"name": name, "type": field_type(f"sequence<{idl}>" if size == "" else idl, size or None)}
+
+
 def node_names(root):
     """The types of the announcement of nodes, of each distribution under the one name that ROS 2 has for both."""
-    text = (root / "tests/cell/interop/discovery.idl").read_text(encoding="utf-8")
-    types = read_idl(text)
-    humble = {name: fields for name, fields in types.items() if "/humble/" in name}
-    jazzy = {name: fields for name, fields in types.items() if "/msg/" in name}
-    renamed = json.loads(json.dumps(humble).replace("rmw_dds_common/humble/", "rmw_dds_common/msg/"))
-    return {"humble": renamed, "jazzy": jazzy}
+    texts = root / "tests/cell/interop/ros2/rmw_dds_common"
+    return {distribution: {f"rmw_dds_common/msg/{file.stem}": [text_field(line) for line in file.read_text(encoding="utf-8").splitlines()]
+                           for file in (texts / folder).glob("*.msg")}
+            for distribution, folder in (("humble", "humble"), ("jazzy", "msg"))}
 
 
 def published_hashes(root):
@@ -119,7 +127,7 @@ def differences(root, types):
         if key not in published:
             yield f"tests/data/ros2_type_hashes.txt: no hash of {name}; add the one that ROS 2 publishes"
         elif key not in ours:
-            yield f"tests/data/ros2_type_hashes.txt: {name} is no type of idl/ros2/ros2.idl or discovery.idl; remove it"
+            yield f"tests/data/ros2_type_hashes.txt: {name} is no type of idl/ros2/ros2.idl or tests/cell/interop/ros2; remove it"
         elif ours[key] != published[key]:
             yield f"{name}: fields differ from those of ROS 2 (hash {ours[key]}, in ROS 2 {published[key]})"
 
