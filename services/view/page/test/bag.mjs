@@ -1,9 +1,9 @@
 // Reads a recording, or a bag of ROS 2, with the MCAP library and the parsers of npm, which share no code with Hecaton.
 //
-// usage: node bag.mjs FILE [TOPIC FIELD…]
+// usage: node bag.mjs FILE [TOPIC FIELD… [-- TOPIC FIELD…]…]
 //
 // It prints one JSON object a line: first {topics: {NAME: COUNT}, attachments: [NAME…], metadata: [NAME…]}, then for each
-// message of TOPIC {log_time, publish_time, FIELD: VALUE…}. All CRCs are checked, and each message is decoded with the schema
+// message of a TOPIC {topic, log_time, publish_time, FIELD: VALUE…}. All CRCs are checked, and each message is decoded with the schema
 // in the file. A file that breaks the format ends it with an error.
 import assert from "node:assert/strict";
 import { open } from "node:fs/promises";
@@ -14,7 +14,13 @@ import { MessageReader as Ros2Reader } from "@foxglove/rosmsg2-serialization";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";
 
-const [path, topic, ...fields] = process.argv.slice(2);
+const [path, ...words] = process.argv.slice(2);
+const wanted = new Map();  // fields of each topic
+for (let rest = words; rest.length > 0;) {
+  const end = rest.indexOf("--") < 0 ? rest.length : rest.indexOf("--");
+  wanted.set(rest[0], rest.slice(1, end));
+  rest = rest.slice(end + 1);
+}
 const decompressHandlers = { zstd: (bytes, size) => decompress(bytes, new Uint8Array(Number(size))) };
 
 const file = await open(path);
@@ -52,9 +58,9 @@ for await (const message of reader.readMessages()) {
   const schema = reader.schemasById.get(channel.schemaId);
   if (!decoders.has(schema.id)) decoders.set(schema.id, decoder(schema));
   const value = decoders.get(schema.id).readMessage(message.data);
-  if (channel.topic !== topic) continue;
-  lines.push({ log_time: message.logTime, publish_time: message.publishTime,
-               ...Object.fromEntries(fields.map((field) => [field, value[field]])) });
+  if (!wanted.has(channel.topic)) continue;
+  lines.push({ topic: channel.topic, log_time: message.logTime, publish_time: message.publishTime,
+               ...Object.fromEntries(wanted.get(channel.topic).map((field) => [field, value[field]])) });
 }
 
 // And from the beginning, as a program that copies the stream.
