@@ -54,9 +54,30 @@ bus::Participant visit(const config::CellFile& file, int domain, const std::stri
   return {domain, kNodeName, participant};
 }
 
-/// Throws InvalidArgument when the receivers would refuse the message.
+// Names that a client chooses.
+std::vector<std::string> names_in(const msg::Goal& goal) {
+  return {goal.arm(), goal.named()};
+}
+std::vector<std::string> names_in(const msg::WorldEditRequest& request) {
+  return {request.name(), request.obstacle().name(), request.obstacle().attached_to(), request.arm()};
+}
+std::vector<std::string> names_in(const msg::SupervisorRequest& request) {
+  return request.arms();
+}
+std::vector<std::string> names_in(const msg::DeviceRequest& request) {
+  return {request.arm(), request.name()};
+}
+std::vector<std::string> names_in(const msg::RecorderRequest& /*request*/) {
+  return {};
+}
+
+/// Throws InvalidArgument when the receivers would refuse the message, or would read another name.
 template <class T>
 void require_acceptable(const T& message) {
+  for (const std::string& name : names_in(message)) {
+    if (name.find('\0') == std::string::npos) continue;
+    throw InvalidArgument("'" + name.substr(0, name.find('\0')) + "' is followed by a NUL, which ends a text of DDS");
+  }
   if (const auto refusal = bus::Writer<T>::refusal_of(message)) {
     throw InvalidArgument(std::string(bus::Topic<T>::kInfo.type) + ": " + *refusal);
   }

@@ -36,15 +36,13 @@ def refuse(key: str, value: object, must_be: str) -> NoReturn:
 def text(key: str, value: str) -> str:
     if not isinstance(value, str):
         refuse(key, value, "a str")
-    if "\0" in value:  # C++ would end the text there, and mean another name
-        refuse(key, value, "without NUL")
     return value
 
 
 def texts(key: str, value: str | Iterable[str]) -> list[str]:
     """One name or several. An empty list would be an order for the whole cell, which its caller does not want."""
     if isinstance(value, str):
-        return [text(key, value)]
+        return [value]
     if not isinstance(value, Iterable):
         refuse(key, value, "a list of names")
     names = [text(f"a name in {key}", name) for name in value]

@@ -244,8 +244,6 @@ class Arm:
         tool frame in W. The planner ends the goal after `time_limit` [s]. For a Pose: `free_rotation` is none, roll,
         pitch, yaw or all; tolerances in [m] and [rad].
         """
-        if isinstance(target, str):
-            target = _arguments.text("target", target)
         native = self._link.session.go_to(self._name, target, limit("time_limit", time_limit),
                                           _arguments.word("free_rotation", free_rotation, _hecaton.FREE_ROTATIONS),
                                           _arguments.number("position_tolerance", position_tolerance),

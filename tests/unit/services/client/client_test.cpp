@@ -162,5 +162,18 @@ TEST(GoalsWithoutAPlanner, AreForgottenWhenNobodyHoldsThem) {
   EXPECT_FALSE(connection->status_of(*held));
 }
 
+TEST(NamesWithANul, AreRefusedBecauseReceiversReadAnotherName) {
+  const test::FreeDomain domain;
+  const auto connection = Connection::make(
+      join(config::load_cell_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml"), domain.number()));
+  msg::Goal goal;
+  goal.arm("north");
+  goal.kind(msg::GoalKind::GOAL_NAMED);
+  goal.named(std::string("home\0xx", 7));
+  EXPECT_THROW(static_cast<void>(connection->send(goal)), InvalidArgument);
+  goal.named("home");
+  EXPECT_NO_THROW(static_cast<void>(connection->send(goal)));
+}
+
 }  // namespace
 }  // namespace hecaton::client
