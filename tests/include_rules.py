@@ -45,7 +45,7 @@ ALLOWED = {
                            "planner/trajectory", "world/model", "world/sim"],
     "services/bus": ["idl"],
     "services/security": ["services/bus"],
-    "services/messages": ["idl", "planner/model", "planner/trajectory", "world/model"],
+    "services/messages": ["idl", "planner/local", "planner/model", "planner/trajectory", "world/model"],
     "services/config": ["planner", "planner/methods", "planner/methods/strategy", "planner/local", "planner/collision", "planner/model", "planner/trajectory",
                         "world/model"],
     "services/arm_driver/devices": ["services/arm_driver/devices/program", "services/arm_driver/devices/ros2_control", "planner/model", "planner/trajectory", "planner/simulation",
@@ -67,7 +67,7 @@ BESIDE = {
                    "world/model"],
     "view": ["services/client", "services/messages", "services/ros2_messages", "services/view/foxglove", "planner", "planner/collision", "planner/local", "planner/model", "world/model"],
     "view/foxglove": ["services/messages", "services/ros2_messages", "services/view", "planner", "planner/model", "world/model"],
-    "ros2_messages": ["services/messages", "planner", "planner/local", "planner/model", "world/model"],
+    "ros2_messages": ["services/messages", "planner", "planner/model", "world/model"],
     "ros2": ["services/client", "services/ros2_messages", "services/messages", "planner", "planner/model", "planner/trajectory", "world/model"],
     "recorder": ["services/view"],  # its ROS 2 topics show the state of a cell
     "tick_log": ["services/messages", "planner", "planner/arm_planner", "planner/local", "planner/model", "world/model"],

@@ -6,8 +6,8 @@
 
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
+#include "services/messages/planned_way.hpp"
 #include "services/ros2_messages/cell_description.hpp"
-#include "services/ros2_messages/planned_way.hpp"
 #include "services/ros2_messages/time.hpp"
 #include "services/runtime/cause.hpp"
 
@@ -145,7 +145,7 @@ void CellMarkers::mark_goal(const ArmSnapshot& arm) {
   if (goal == nullptr || static_cast<int>(goal->q_goal().size()) != arm.arm->model->joints()) return;
   const planner::JointVector q = Eigen::Map<const Eigen::VectorXd>(goal->q_goal().data(), std::ssize(goal->q_goal()));
   if (!q.allFinite()) return;
-  const world::Pose tool = CellView::tool_at(*arm.arm, q);
+  const world::Pose tool = messages::tool_at(*arm.arm, q);
   const bool blocked = goal->state() == msg::GoalState::GOAL_BLOCKED;
   MarkerLayer& layer = layers_[kGoals];
   layer.add_axes(arm.arm->name, tool, kAxisLength);
@@ -172,7 +172,8 @@ void CellMarkers::mark_plan(const ArmSnapshot& arm) {
   const int joints = arm.arm->model->joints();
   const auto q = messages::joints_from_message(arm.state->value.q(), arm.arm->name.c_str(), joints);
   if (!q) return;
-  layers_[kPlans].add_line(arm.arm->name, tool_way(*arm.arm, *q, points_of(arm.motion->way(), joints)), kWayWidth,
+  layers_[kPlans].add_line(arm.arm->name,
+                           messages::tool_way(*arm.arm, *q, messages::points_of(arm.motion->way(), joints)), kWayWidth,
                            kPlanColor);
 }
 
@@ -182,7 +183,7 @@ void CellMarkers::mark_orders(const std::vector<OrderedPath>& ordered) {
       if (planned.arm.name != path.arm) continue;
       std::vector<Eigen::Vector3d> way;
       for (const planner::JointVector& q : path.points) {
-        way.push_back(CellView::tool_at(planned.arm, q).translation());
+        way.push_back(messages::tool_at(planned.arm, q).translation());
       }
       layers_[kPlans].add_line(path.arm, way, kWayWidth, kGoalColor);
     }

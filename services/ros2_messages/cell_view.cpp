@@ -110,10 +110,4 @@ std::optional<Eigen::Vector3d> CellView::position_of(const std::string& body) co
   return std::nullopt;
 }
 
-world::Pose CellView::tool_at(const planner::Arm& arm, const planner::JointVector& q) {
-  planner::Kinematics kinematics;
-  planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
-  return kinematics.X_WT;
-}
-
 }  // namespace hecaton::ros2

@@ -72,8 +72,6 @@ class CellView {
   [[nodiscard]] const std::map<std::string, Obstacle>& obstacles() const { return obstacles_; }
   /// The origin in W of a body as a planner names it, "north/forearm" or "crate"; empty: unknown.
   [[nodiscard]] std::optional<Eigen::Vector3d> position_of(const std::string& body) const;
-  /// Where the tool of an arm is at q.
-  [[nodiscard]] static world::Pose tool_at(const planner::Arm& arm, const planner::JointVector& q);
 
  private:
   struct Known {

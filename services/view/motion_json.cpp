@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "services/messages/convert.hpp"
-#include "services/ros2_messages/planned_way.hpp"
+#include "services/messages/planned_way.hpp"
 
 namespace hecaton::services::view {
 namespace {
@@ -15,7 +15,7 @@ using planner::JointVector;
 
 Json line(const planner::Arm& arm, const JointVector& q, const std::vector<JointVector>& points) {
   Json line = Json::array();
-  for (const Eigen::Vector3d& p : ros2::tool_way(arm, q, points)) {
+  for (const Eigen::Vector3d& p : messages::tool_way(arm, q, points)) {
     line.push_back({rounded(p.x(), 1e4), rounded(p.y(), 1e4), rounded(p.z(), 1e4)});
   }
   return line;
@@ -43,9 +43,10 @@ Json motions_json(const CellFeed& feed) {
       const int joints = arm.model->joints();
       if (const auto q = messages::joints_from_message(state->value.q(), arm.name.c_str(), joints)) {
         const double age = std::chrono::duration<double>(motion->age(feed.now())).count();
-        json["way"] = line(arm, *q, ros2::points_of(motion->value.way(), joints));
-        json["foreseen"] = line(
-            arm, *q, left_of(ros2::points_of(motion->value.foreseen(), joints), age, motion->value.foreseen_period()));
+        json["way"] = line(arm, *q, messages::points_of(motion->value.way(), joints));
+        json["foreseen"] =
+            line(arm, *q,
+                 left_of(messages::points_of(motion->value.foreseen(), joints), age, motion->value.foreseen_period()));
       }
     }
     arms.push_back(std::move(json));

@@ -1,4 +1,4 @@
-#include "services/ros2_messages/planned_way.hpp"
+#include "services/messages/planned_way.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <span>
 
 #include "planner/local/goal_objective.hpp"
+#include "planner/model/kinematics.hpp"
 #include "services/messages/convert.hpp"
-#include "services/ros2_messages/cell_view.hpp"
 
-namespace hecaton::ros2 {
+namespace hecaton::messages {
 namespace {
 
 using planner::JointVector;
@@ -23,11 +23,17 @@ std::vector<JointVector> points_of(const std::vector<double>& values, int joints
   std::vector<JointVector> points;
   const auto size = static_cast<std::size_t>(joints);
   for (std::size_t at = 0; at + size <= values.size(); at += size) {
-    const auto q = messages::joints_from_message(std::span(values).subspan(at, size), "PlannedMotion", joints);
+    const auto q = joints_from_message(std::span(values).subspan(at, size), "PlannedMotion", joints);
     if (!q) return {};
     points.push_back(*q);
   }
   return points;
+}
+
+world::Pose tool_at(const planner::Arm& arm, const JointVector& q) {
+  planner::Kinematics kinematics;
+  planner::forward_kinematics(*arm.model, arm.X_WB, q, kinematics);
+  return kinematics.X_WT;
 }
 
 std::vector<Eigen::Vector3d> tool_way(const planner::Arm& arm, JointVector q, const std::vector<JointVector>& points) {
@@ -40,15 +46,15 @@ std::vector<Eigen::Vector3d> tool_way(const planner::Arm& arm, JointVector q, co
     from = to;
   }
   const double step = std::max(kStep, length / kMostSteps);
-  std::vector<Eigen::Vector3d> way{CellView::tool_at(arm, q).translation()};
+  std::vector<Eigen::Vector3d> way{tool_at(arm, q).translation()};
   for (const JointVector& move : moves) {
     const int steps = std::max(1, static_cast<int>(std::lround(move.cwiseAbs().maxCoeff() / step)));
     for (int i = 1; i <= steps; ++i) {
-      way.emplace_back(CellView::tool_at(arm, q + move * (static_cast<double>(i) / steps)).translation());
+      way.emplace_back(tool_at(arm, q + move * (static_cast<double>(i) / steps)).translation());
     }
     q += move;
   }
   return way;
 }
 
-}  // namespace hecaton::ros2
+}  // namespace hecaton::messages
