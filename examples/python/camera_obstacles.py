@@ -1,9 +1,8 @@
 """Keeps obstacles of a running cell at what a camera sees: clusters of points become convex hulls that appear, move and go.
 
-usage: camera_obstacles.py CELL [FRAMES]        20 frames
-
 The camera is a function that makes point clouds. Replace frames() by yours: it yields a dictionary of clouds, shape (N, 3), in W.
 """
+import argparse
 import sys
 from typing import Iterator
 
@@ -60,19 +59,19 @@ class SeenObstacles:
 
 
 def main() -> int:
-    if not 2 <= len(sys.argv) <= 3:
-        print("usage: camera_obstacles.py CELL [FRAMES]", file=sys.stderr)
-        return 2
-    count = int(sys.argv[2]) if len(sys.argv) > 2 else 20
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cell", help="cell file")
+    parser.add_argument("frames", nargs="?", type=int, default=20, help="number of frames (20)")
+    arguments = parser.parse_args()
     try:
-        with hecaton.connect(sys.argv[1], timeout=20) as cell:
+        with hecaton.connect(arguments.cell, timeout=20) as cell:
             obstacles = SeenObstacles(cell.world)
-            for clouds in frames(count):
+            for clouds in frames(arguments.frames):
                 for error in obstacles.update(clouds):
                     print(f"{error.kind}: {error}", file=sys.stderr)
             obstacles.update({})
             left = [state.name for state in cell.world.obstacles() if state.name.startswith(PREFIX)]
-            print(f"{count} frames; obstacles left: {len(left)}")
+            print(f"{arguments.frames} frames; obstacles left: {len(left)}")
     except hecaton.Error as error:
         print(f"{error.kind}: {error}", file=sys.stderr)
         return 1

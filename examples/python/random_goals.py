@@ -1,7 +1,5 @@
-"""Sends random goals to all arms of a running cell, prints a summary, and plots the times if matplotlib is there.
-
-usage: random_goals.py CELL [GOALS [PLOT.png]]        100 goals, without a plot
-"""
+"""Sends random goals to all arms of a running cell, prints a summary, and plots the times if matplotlib is there."""
+import argparse
 import asyncio
 import collections
 import sys
@@ -54,14 +52,15 @@ def plot(outcomes: list[hecaton.Outcome], path: str) -> None:
 
 
 def main() -> int:
-    if not 2 <= len(sys.argv) <= 4:
-        print("usage: random_goals.py CELL [GOALS [PLOT.png]]", file=sys.stderr)
-        return 2
-    goals = int(sys.argv[2]) if len(sys.argv) > 2 else 100
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cell", help="cell file")
+    parser.add_argument("goals", nargs="?", type=int, default=100, help="number of goals (100)")
+    parser.add_argument("plot", nargs="?", metavar="PLOT.png", help="picture of the times; none without it")
+    arguments = parser.parse_args()
     try:
-        file = hecaton.load(sys.argv[1])
-        with hecaton.connect(sys.argv[1], timeout=20) as cell:
-            outcomes = asyncio.run(all_arms(cell, file, goals))
+        file = hecaton.load(arguments.cell)
+        with hecaton.connect(arguments.cell, timeout=20) as cell:
+            outcomes = asyncio.run(all_arms(cell, file, arguments.goals))
             report = cell.status().contacts
     except hecaton.Error as error:
         print(f"{error.kind}: {error}", file=sys.stderr)
@@ -72,8 +71,8 @@ def main() -> int:
     if len(times) > 0:
         print(f"median {np.median(times):.2f} s, longest {times.max():.2f} s")
     print(f"contacts: {report.contacts if report else 'unknown'}")
-    if len(sys.argv) > 3:
-        plot(outcomes, sys.argv[3])
+    if arguments.plot:
+        plot(outcomes, arguments.plot)
     return 0
 
 

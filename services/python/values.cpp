@@ -45,6 +45,15 @@ class Value : public py::class_<T> {
     fields_.append(name);
     return *this;
   }
+  /// Objects can be pickled and copied. The constructor takes the fields in their order.
+  Value& picklable() {
+    this->def("__reduce__", [](const py::object& self) {
+      py::list values;
+      for (const py::handle name : self.attr("_fields")) values.append(self.attr(name));
+      return py::make_tuple(py::type::of(self), py::tuple(values));
+    });
+    return *this;
+  }
 
  private:
   py::list fields_;
@@ -172,6 +181,7 @@ void bind_pose(py::module_& module) {
       .computed(
           "rotation", [](const Pose& pose) { return array_of(pose.rotation); },
           "unit quaternion w, x, y, z, a NumPy array")
+      .picklable()
       .def(py::init(&make_pose), py::arg("position") = Vector3{},
            py::arg("rotation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
            "A pose from x, y, z [m] and a unit quaternion w, x, y, z.")
@@ -188,16 +198,19 @@ void bind_shapes(py::module_& module) {
       .field("x", &Box::x, "full size along x [m]")
       .field("y", &Box::y, "full size along y [m]")
       .field("z", &Box::z, "full size along z [m]")
+      .picklable()
       .def(py::init([](const Number& x, const Number& y, const Number& z) {
              return Box{x, y, z};
            }),
            py::arg("x"), py::arg("y"), py::arg("z"));
   Value<Sphere>(module, "Sphere", "A ball.")
       .field("radius", &Sphere::radius, "[m]")
+      .picklable()
       .def(py::init([](const Number& radius) { return Sphere{radius}; }), py::arg("radius"));
   Value<Cylinder>(module, "Cylinder", "A cylinder about z.")
       .field("radius", &Cylinder::radius, "[m]")
       .field("height", &Cylinder::height, "[m]")
+      .picklable()
       .def(py::init([](const Number& radius, const Number& height) {
              return Cylinder{radius, height};
            }),
@@ -205,6 +218,7 @@ void bind_shapes(py::module_& module) {
   Value<Capsule>(module, "Capsule", "A cylinder about z with a half ball at each end.")
       .field("radius", &Capsule::radius, "[m]")
       .field("length", &Capsule::length, "between the centres of the caps [m]")
+      .picklable()
       .def(py::init([](const Number& radius, const Number& length) {
              return Capsule{radius, length};
            }),
@@ -212,6 +226,7 @@ void bind_shapes(py::module_& module) {
   Value<ConvexHull>(module, "ConvexHull",
                     "The convex hull of points. A hull of more than 64 vertices becomes one of 64 that encloses it.")
       .computed("points", &points_of<ConvexHull>, "in the obstacle's frame, shape (N, 3) [m]")
+      .picklable()
       .def(py::init(&hull_of), py::arg("points"),
            "The hull of an array of shape (N, 3) [m], or of a mesh with such an array `vertices`, such as one of "
            "trimesh.");
@@ -220,15 +235,17 @@ void bind_shapes(py::module_& module) {
                 "fall.")
       .computed("points", &points_of<Points>, "in the obstacle's frame, shape (N, 3) [m]")
       .field("radius", &Points::radius, "of each ball [m]")
+      .picklable()
       .def(py::init(&cloud_of), py::arg("points"), py::arg("radius"),
            "Balls about an array of 1 to 100,000 points, of shape (N, 3) [m]; kept in single precision.");
 }
 
 void bind_motions(py::module_& module) {
-  Value<Static>(module, "Static", "Stays where it is.").def(py::init());
+  Value<Static>(module, "Static", "Stays where it is.").picklable().def(py::init());
   Value<Conveyor>(module, "Conveyor", "Moves along a straight line; repeats from the beginning after `length`.")
       .field("velocity", &Conveyor::velocity, "in W [m/s]")
       .field("length", &Conveyor::length, "[m]")
+      .picklable()
       .def(py::init([](const Vector3& velocity, const Number& length) {
              return Conveyor{velocity, length};
            }),
@@ -236,6 +253,7 @@ void bind_motions(py::module_& module) {
   Value<Sine>(module, "Sine", "Sinusoidal motion along a line.")
       .field("amplitude", &Sine::amplitude, "in W [m]")
       .field("period", &Sine::period, "of one oscillation [s]")
+      .picklable()
       .def(py::init([](const Vector3& amplitude, Seconds period) {
              return Sine{amplitude, period};
            }),
@@ -243,12 +261,14 @@ void bind_motions(py::module_& module) {
   Value<Circle>(module, "Circle", "Moves on a circle about an axis along z of W.")
       .field("centre", &Circle::centre, "in W [m]")
       .field("angular_speed", &Circle::angular_speed, "[rad/s]")
+      .picklable()
       .def(py::init([](const Vector3& centre, const Number& angular_speed) {
              return Circle{centre, angular_speed};
            }),
            py::arg("centre"), py::arg("angular_speed"));
   Value<Dynamic>(module, "Dynamic", "A rigid body that falls and is pushed.")
       .field("mass", &Dynamic::mass, "[kg]")
+      .picklable()
       .def(py::init([](const Number& mass) { return Dynamic{mass}; }), py::arg("mass"));
 }
 

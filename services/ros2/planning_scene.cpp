@@ -187,6 +187,9 @@ class SceneObject {
 };
 
 void require_id(const CollisionObject& object) {
+  if (object.id.empty() && object.operation == kRemove) {
+    throw Refused("REMOVE must have an id: without one it would also remove the obstacles of the cell file");
+  }
   if (object.id.empty()) throw Refused("an object must have an id");
   if (object.id.size() > bus::kLongestName || bus::unprintable(object.id)) {
     throw Refused("an id must be printable and have at most " + std::to_string(bus::kLongestName) + " bytes");

@@ -48,11 +48,15 @@ class _GoalError(Error):
         super().__init__(text, kind, subject)
         self.outcome = outcome
 
+    def __reduce__(self) -> tuple[type[_GoalError], tuple[str, str, str]]:
+        return type(self), (self.text, self.kind, self.subject)  # an outcome cannot be pickled
+
 
 class GoalFailed(_GoalError):
     """A goal ended unreached: rejected, cancelled, replaced or timed out.
 
-    `kind` and `subject` are the cause's, such as "goal_in_collision" and "post"; `outcome` has the rest.
+    `kind` and `subject` are the cause's, such as "goal_in_collision" and "post"; `outcome` has the rest. It is None
+    after pickling, as between processes.
     """
 
 

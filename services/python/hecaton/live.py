@@ -72,7 +72,8 @@ class Goal:
         """Waits until the goal has ended, for at most `timeout` [s], and returns its outcome.
 
         With `check`, raises GoalFailed for a goal that ended unreached, and WaitTimeout for one that continues. Ctrl-C
-        ends the wait; the goal continues.
+        ends the wait; the goal continues. A restarted cell continues it, too: without `timeout` the wait outlasts a
+        cell that has ended.
         """
         return self._checked(self._native.wait(limit("timeout", timeout)), check)
 

@@ -82,7 +82,7 @@ void FaultDetector::advance(Time now) {
 
 void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   const ExpectedNode* known = expected(node);
-  if (!known) return helper_heard(node, heartbeat.failure);
+  if (!known) return helper_heard(node, heartbeat);
   NodeRecord& record = records_.find(node)->second;
   hosts_.heard(*hosts_.index(known->host), clock_.at(heartbeat.at), known->role == msg::NodeKind::NODE_AGENT);
   losses_.arrived(node, heartbeat.pid, heartbeat.number);
@@ -103,20 +103,27 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   liveness_.heard(node, heartbeat.at);
 }
 
-void FaultDetector::helper_heard(std::string_view node, const std::optional<msg::Cause>& failure) {
-  const std::string key = fault_key(msg::CauseKind::CAUSE_NODE_FAILED, std::string(node));
-  const bool known = failed_helpers_.contains(node);
-  if (!failure) {
-    if (!known) return;
-    failed_helpers_.erase(std::string(node));
-    return faults_.clear(key, clock_.now());
-  }
-  if (!known && failed_helpers_.size() >= kMostHelpers) return;
-  failed_helpers_.emplace(node);
-  faults_.raise(key,
-                {msg::CauseKind::CAUSE_NODE_FAILED, msg::Severity::SEVERITY_WARNING, std::string(node),
-                 std::string(node) + ": " + failure->text(), limits_.heartbeat_period},
-                clock_.now());
+void FaultDetector::helper_heard(std::string_view node, const Heartbeat& heartbeat) {
+  const auto known = helper_faults_.find(node);
+  const bool late = known != helper_faults_.end() && known->second == heartbeat.pid;
+  if (late) return;  // sent before the process ended
+  if (!heartbeat.failure) return clear_helper(node);
+  raise_helper(node, 0,
+               {msg::CauseKind::CAUSE_NODE_FAILED, msg::Severity::SEVERITY_WARNING, std::string(node),
+                std::string(node) + ": " + heartbeat.failure->text(), limits_.heartbeat_period});
+}
+
+void FaultDetector::raise_helper(std::string_view node, std::int64_t ended_pid, const FaultObservation& observation) {
+  if (!helper_faults_.contains(node) && helper_faults_.size() >= kMostHelpers) return;
+  helper_faults_.insert_or_assign(std::string(node), ended_pid);
+  faults_.raise(std::string(node), observation, clock_.now());
+}
+
+void FaultDetector::clear_helper(std::string_view node) {
+  const auto known = helper_faults_.find(node);
+  if (known == helper_faults_.end()) return;
+  helper_faults_.erase(known);
+  faults_.clear(std::string(node), clock_.now());
 }
 
 void FaultDetector::stream_heard(std::string_view node, Time at, std::uint64_t number) {
@@ -163,7 +170,15 @@ void FaultDetector::process_started(std::string_view node, std::int64_t pid) {
 
 void FaultDetector::process_exited(std::string_view node, const ProcessExit& exit, bool news) {
   const auto found = records_.find(node);
-  if (found == records_.end()) return helper_heard(node, std::nullopt);
+  if (found == records_.end()) {
+    const FaultRecord* open = faults_.open(std::string(node));
+    const bool again = open && open->kind == msg::CauseKind::CAUSE_PROCESS_DIED && !exit.wanted;
+    if (!again) clear_helper(node);
+    if (exit.wanted || !news) return;
+    return raise_helper(node, exit.pid,
+                        {msg::CauseKind::CAUSE_PROCESS_DIED, msg::Severity::SEVERITY_WARNING, std::string(node),
+                         std::string(node) + ": " + end_text(exit)});
+  }
   NodeRecord& record = found->second;
   const bool replaced = record.pid != 0 && record.pid != exit.pid && !record.died;
   if (replaced && liveness_.presence(node) == Presence::kAlive) {

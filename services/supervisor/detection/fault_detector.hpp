@@ -109,7 +109,7 @@ class FaultDetector {
   FaultDetector(const FaultDetector&) = delete;
   FaultDetector& operator=(const FaultDetector&) = delete;
 
-  // Inputs. Unknown nodes, hosts and arms are ignored, but for the failures that nodes report of themselves.
+  // Inputs. Unknown nodes, hosts and arms are ignored, but for failures and unexpected ends of helpers.
 
   void advance(Time now);
   void heard(std::string_view node, const Heartbeat& heartbeat);
@@ -209,7 +209,7 @@ class FaultDetector {
   /// The fault ends when no node has reported it for this long.
   static constexpr Time kRefusalLasts = std::chrono::seconds(5);
 
-  /// Nodes that the cell file does not need, such as the recorder, whose failures are faults at one time.
+  /// Helpers whose failures are faults at one time. A helper is a node that no arm needs, such as the recorder.
   static constexpr std::size_t kMostHelpers = 16;
 
   /// A process whose heartbeats continue for this long after the report of its end has not ended.
@@ -224,8 +224,11 @@ class FaultDetector {
   [[nodiscard]] const NodeRecord* find(std::string_view node) const;
   void note_process(NodeRecord& record, std::int64_t pid) const;
   void remember_transient(Transient transient);
-  /// Of a node that is not expected: a failure is a fault, but holds no arm. Empty: it works, or has ended.
-  void helper_heard(std::string_view node, const std::optional<msg::Cause>& failure);
+  // The fault of a helper holds no arm. That of its end lasts until a successor is heard: of one that ends again and
+  // again before its first heartbeat it stays.
+  void helper_heard(std::string_view node, const Heartbeat& heartbeat);
+  void raise_helper(std::string_view node, std::int64_t ended_pid, const FaultObservation& observation);
+  void clear_helper(std::string_view node);
 
   // fault_rules.cpp
   void allow_for_losses();
@@ -270,8 +273,8 @@ class FaultDetector {
   CellModeState mode_;
   Contacts contacts_;
   std::map<std::string, Refusals> refusals_;
-  std::set<std::string, std::less<>> failed_helpers_;
-  std::deque<Transient> transients_;                    // newest last
+  std::map<std::string, std::int64_t, std::less<>> helper_faults_;  // pid that ended; 0: it runs, but has failed
+  std::deque<Transient> transients_;                                // newest last
   std::set<FaultKey> raised_;                           // open faults that this detector raised, not adopted
   std::set<std::pair<FaultKey, std::string>> ordered_;  // holds until resumed that were given: fault and arm; "": cell
   bool stalled_ = false;                                // the supervisor, before this turn

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <yaml-cpp/yaml.h>
+
 #include "tests/support/signal_process.hpp"
 
 namespace hecaton::test {
@@ -84,6 +86,15 @@ TEST_F(LiveCell, PrintsEachStatusOfAWatchedGoal) {
     EXPECT_GE(statuses[i].at("elapsed_s"), statuses[i - 1].at("elapsed_s"));
   }
   EXPECT_LT(statuses[statuses.size() - 2].at("distance_to_goal"), farthest);
+}
+
+TEST_F(LiveCell, SeparatesTheStatusesOfAWatchedGoalInYaml) {
+  const Ran ran = run({"goal", "east", "--named", "home", "--watch", "--time-limit", "60s", "-o", "yaml"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  const auto documents = YAML::LoadAll(ran.out);
+  ASSERT_GE(documents.size(), 2U) << ran.out;
+  for (const YAML::Node& status : documents) EXPECT_EQ(status["arm"].as<std::string>(), "east");
+  EXPECT_EQ(documents.back()["state"].as<std::string>(), "reached");
 }
 
 TEST_F(LiveCell, ReachesAToolPose) {

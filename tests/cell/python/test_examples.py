@@ -1,17 +1,24 @@
 """The programs of examples/python against a running cell."""
 
+import contextlib
 import importlib.util
+import io
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 import unittest
+import unittest.mock
 
+import hecaton
 from live_cell import SOURCE, LiveCell
 
 EXAMPLES = SOURCE / "examples" / "python"
+PAGE = SOURCE / "docs" / "how-to" / "python.md"
 
 
 class Examples(LiveCell):
@@ -46,6 +53,24 @@ class Examples(LiveCell):
         done = self.run_example("camera_obstacles.py", "40")
         self.assertEqual(done.stderr, "")
         self.assertIn("40 frames; obstacles left: 0", done.stdout)
+
+
+class Page(LiveCell):
+    """The blocks of docs/how-to/python.md, as they stand, in one program."""
+
+    def test_blocks_run_as_they_stand(self):
+        blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^ {4}.*\n|^\n(?= {4}))+", PAGE.read_text(), re.M)]
+        programs = [block for block in blocks if "PYTHONPATH=" not in block]
+        self.assertEqual(len(programs), 3)
+        program = {"hecaton": hecaton}
+        printed = io.StringIO()
+        environment = {"HECATON_DOMAIN": str(self.domain.number)}
+        with unittest.mock.patch.dict(os.environ, environment), contextlib.chdir(SOURCE), contextlib.redirect_stdout(printed):
+            for block in programs:
+                if "cell" in program:  # `with` of the first block has closed it
+                    program |= {"cell": self.cell, "q": hecaton.load(self.file).arm("north").start}
+                exec(compile(block, str(PAGE), "exec"), program)
+        self.assertIn("reached", printed.getvalue())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """The package `hecaton` without a network."""
 
+import copy
 import pathlib
+import pickle
 import tempfile
 import unittest
 
@@ -34,6 +36,28 @@ class Load(unittest.TestCase):
     def test_check_returns_findings(self):
         findings = hecaton.load(THREE_PUMA).check()
         self.assertFalse([finding for finding in findings if finding.severity == "error"])
+
+
+class Pickle(unittest.TestCase):
+    """What goes to a worker process and back."""
+
+    def test_values_that_a_program_makes_can_be_pickled_and_copied(self):
+        pose = hecaton.Pose.xyz_rpy(1, 2, 3, 0.1, 0.2, 0.3)
+        values = [pose, hecaton.Box(1, 2, 3), hecaton.Sphere(0.1), hecaton.Cylinder(0.1, 2), hecaton.Capsule(0.1, 2),
+                  hecaton.ConvexHull(np.random.default_rng(1).random((9, 3))), hecaton.Points(np.ones((4, 3)), 0.01),
+                  hecaton.Static(), hecaton.Conveyor([1, 0, 0], 2), hecaton.Sine([0, 1, 0], 3), hecaton.Circle([0, 0, 1], 0.5),
+                  hecaton.Dynamic(2)]
+        for value in values:
+            for other in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value)):
+                self.assertEqual(repr(other), repr(value))
+                self.assertIs(type(other), type(value))
+        np.testing.assert_array_equal(pickle.loads(pickle.dumps(pose)).matrix, pose.matrix)
+
+    def test_exceptions_keep_text_kind_and_subject(self):
+        for kind in (hecaton.Error, hecaton.Rejected, hecaton.GoalFailed, hecaton.WaitTimeout):
+            other = pickle.loads(pickle.dumps(kind("in the way", "goal_in_collision", "post")))
+            self.assertIs(type(other), kind)
+            self.assertEqual((str(other), other.kind, other.subject), ("in the way", "goal_in_collision", "post"))
 
 
 class Kinematics(unittest.TestCase):

@@ -143,6 +143,11 @@ TEST(Ros2PlanningScene, RefusesWhatACellCannotHave) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::pair<std::string, std::function<void(CollisionObject&)>>> cases{
       {"id", [](auto& o) { o.id.clear(); }},
+      {"also remove the obstacles of the cell file",
+       [](auto& o) {
+         o.id.clear();
+         o.operation = 1;
+       }},
       {"id", [](auto& o) { o.id = "a\x01"; }},
       {"frame_id", [](auto& o) { o.header.frame_id = "camera"; }},
       {"frame_id", [](auto& o) { o.header.frame_id = "forearm"; }},  // the cell's topic knows it as north_forearm

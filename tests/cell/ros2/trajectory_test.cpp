@@ -5,6 +5,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -225,16 +226,20 @@ TEST(Ros2Trajectory, SaysWhyItWasLateWhenNothingBindsItAnyMore) {
 
 TEST(Ros2Trajectory, EndsAsItsPlannerSays) {
   using Report = TrajectoryFollower::GoalReport;
-  for (const auto& [report, code] : {std::pair(Report::kRejected, TrajectoryCode::kInvalidGoal),
-                                     std::pair(Report::kLost, TrajectoryCode::kInvalidGoal),
-                                     std::pair(Report::kLeftPath, TrajectoryCode::kPathTolerance)}) {
+  const std::vector<std::tuple<Report, TrajectoryCode, std::string>> ends{
+      {Report::kRejected, TrajectoryCode::kInvalidGoal, "the planner rejects the trajectory: ball is 0.03 m away"},
+      {Report::kReplaced, TrajectoryCode::kInvalidGoal,
+       "a later goal has replaced this trajectory: ball is 0.03 m away"},
+      {Report::kLost, TrajectoryCode::kInvalidGoal, "the goal was lost: ball is 0.03 m away"},
+      {Report::kLeftPath, TrajectoryCode::kPathTolerance, "ball is 0.03 m away"}};
+  for (const auto& [report, code, text] : ends) {
     TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
     TrajectoryFollower::Input input = under_way(1.0, 0.0, "ball is 0.03 m away");
     input.report = report;
     const auto end = follower.update(input);
     ASSERT_TRUE(end);
     EXPECT_EQ(end->code, code);
-    EXPECT_NE(end->text.find("ball is 0.03 m away"), std::string::npos);
+    EXPECT_EQ(end->text, text);
   }
 }
 

@@ -236,5 +236,23 @@ TEST_F(Forgery, RefusesAParticipantWithPermissionsOfItsOwn) {
   EXPECT_EQ(named->node, "planner/north");
 }
 
+// What the permissions prevent.
+TEST_F(Forgery, CommandsOfAnyParticipantReachAnOpenDriver) {
+  bus::Participant driver = participant("driver", std::nullopt);
+  bus::Reader<msg::ArmCommand> commands(driver, nullptr, {.keys = {"north"}});
+  bus::Participant forger = participant("planner/north", std::nullopt);
+  bus::Writer<msg::ArmCommand> forged(forger, {.key = "north"});
+  ASSERT_TRUE(forged.wait_matched(1, kPatience));
+  msg::ArmCommand command;
+  command.arm("north");
+  ASSERT_TRUE(forged.write(command));
+  const auto until = bus::Clock::now() + kPatience;
+  while (commands.latest("north") == nullptr && bus::Clock::now() < until) {
+    static_cast<void>(commands.wait_for_data(std::chrono::milliseconds(20)));
+  }
+  ASSERT_NE(commands.latest("north"), nullptr);
+  EXPECT_TRUE(commands.latest("north")->writer == forged.id());
+}
+
 }  // namespace
 }  // namespace hecaton::test

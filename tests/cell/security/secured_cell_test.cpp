@@ -63,6 +63,37 @@ class SecuredCell : public LiveCell {
   TemporaryFolder folder_;
 };
 
+/// The same cell without keys.
+class OpenCell : public SecuredCell {
+ protected:
+  [[nodiscard]] std::string cell_file() const override { return open_file(); }
+};
+
+// What the keys prevent.
+TEST_F(OpenCell, ShowsItsStatesToAnyParticipantAndTakesItsGoals) {
+  bus::Participant intruder = participant("intruder", std::nullopt);
+  bus::Reader<msg::ArmState> stolen(intruder);
+  bus::Reader<msg::GoalStatus> statuses(intruder);
+  bus::Writer<msg::Goal> goals(intruder);
+  ASSERT_TRUE(goals.wait_matched(1, kPatience));
+  msg::Goal goal;
+  goal.arm("north");
+  goal.goal("of an intruder");
+  goal.kind(msg::GoalKind::GOAL_NAMED);
+  goal.named("ready");
+  ASSERT_TRUE(goals.write(goal));
+  bool reached = false;
+  const auto until = bus::Clock::now() + kPatience;
+  while (!reached && bus::Clock::now() < until) {
+    static_cast<void>(statuses.wait_for_data(std::chrono::seconds(1)));
+    for (const auto& sample : statuses.take()) {
+      reached |= sample.value.goal() == goal.goal() && sample.value.state() == msg::GoalState::GOAL_REACHED;
+    }
+  }
+  EXPECT_TRUE(reached);
+  EXPECT_FALSE(stolen.take().empty());
+}
+
 TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   reach("north", "ready");
   reach("south", "ready");
@@ -75,6 +106,7 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   bus::Participant intruder = participant("intruder", std::nullopt);
   bus::Writer<msg::CellMode> modes(intruder);
   bus::Writer<msg::ArmCommand> commands(intruder);
+  bus::Writer<msg::Goal> goals(intruder);
   bus::Reader<msg::ArmState> stolen(intruder);
   bus::Participant viewer = participant("viewer", Role::kViewer);
   bus::Reader<msg::ArmState> seen(viewer);
@@ -91,6 +123,7 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   EXPECT_GE(states, 500);
   EXPECT_EQ(modes.matched(), 0);
   EXPECT_EQ(commands.matched(), 0);
+  EXPECT_EQ(goals.matched(), 0);
   EXPECT_EQ(stolen.matched(), 0);
   EXPECT_TRUE(stolen.take().empty());
   reach("north", "home");
@@ -104,11 +137,11 @@ TEST_F(SecuredCell, ServesOnlyParticipantsWithItsKeys) {
   EXPECT_EQ(fault.at("subject"), "localhost");
 
   // A viewer gives no goals and no orders to recorders, an operator no commands.
-  EXPECT_THROW(bus::Writer<msg::Goal> goals(viewer), std::runtime_error);
+  EXPECT_THROW(bus::Writer<msg::Goal>{viewer}, std::runtime_error);
   EXPECT_THROW(bus::Writer<msg::RecorderRequest> orders(viewer), std::runtime_error);
   bus::Participant operator_ = participant("operator", Role::kOperator);
   EXPECT_THROW(bus::Writer<msg::ArmCommand> forged(operator_), std::runtime_error);
-  EXPECT_NO_THROW(bus::Writer<msg::Goal> goals(operator_));
+  EXPECT_NO_THROW(bus::Writer<msg::Goal>{operator_});
 }
 
 TEST_F(SecuredCell, SavesARecordingByOrderOfAnOperator) {

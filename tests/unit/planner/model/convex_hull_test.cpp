@@ -1,9 +1,11 @@
 #include "planner/model/convex_hull.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <set>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -128,6 +130,16 @@ TEST(ConvexHull, IsClosedAroundNearlyCoplanarPoints) {
     expect_valid(*hull, points);
     if (HasFatalFailure()) FAIL() << "trial " << trial;
     EXPECT_NEAR(volume(*hull), 0.343 * thin, 10.0 * noise) << "trial " << trial;
+  }
+}
+
+TEST(ConvexShape, NamesAPointThatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  try {
+    static_cast<void>(convex_shape(Points{{0, 0, 0}, {1, 0, 0}, {0, nan, 0}, {0, 0, 1}}));
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "points[2] must be finite");
   }
 }
 

@@ -243,7 +243,32 @@ TEST_F(FaultDetectorTest, ReportsTheFailureOfAHelperAndHoldsNoArm) {
   EXPECT_TRUE(detector.faults().open().empty());
 
   detector.heard("recorder", {900, now, 3, full});
-  detector.process_exited("recorder", {900, -1, 9, false});
+  detector.process_exited("recorder", {900, 0, 0, true});
+  EXPECT_TRUE(detector.faults().open().empty()) << "it was ordered to end";
+}
+
+TEST_F(FaultDetectorTest, ReportsAHelperThatEndsAgainAndAgainUntilOneIsHeard) {
+  for (int pid = 900; pid < 903; ++pid) {
+    detector.process_started("ros2", pid);
+    detector.process_exited("ros2", {pid, 3, 0, false});
+    run_for(1s);
+    EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
+    EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
+    EXPECT_EQ(the_fault().description, "ros2: process 900 ended with exit code 3") << "one fault, from the first end";
+    EXPECT_TRUE(held().empty());
+  }
+  detector.heard("ros2", {902, now, 1, std::nullopt});
+  EXPECT_EQ(detector.faults().open().size(), 1U) << "a late heartbeat of the process that has ended";
+  detector.process_started("ros2", 903);
+  run_for(1s);
+  EXPECT_EQ(detector.faults().open().size(), 1U) << "its successor has not worked yet";
+  detector.heard("ros2", {903, now, 1, std::nullopt});
+  EXPECT_TRUE(detector.faults().open().empty());
+}
+
+TEST_F(FaultDetectorTest, LeavesThePastEndOfAHelperToTheSupervisorThatSawIt) {
+  detector.process_exited("ros2", {900, 3, 0, false}, false);
+  turn();
   EXPECT_TRUE(detector.faults().open().empty());
 }
 
