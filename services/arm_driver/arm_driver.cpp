@@ -54,6 +54,8 @@ std::string beside(const std::string& checkpoint, const std::string& ending) {
 
 /// Between two samples of ToolState in which nothing changes.
 constexpr std::chrono::milliseconds kToolPeriod{200};
+/// Of the names of what the arm carries, in its state [byte]. An intruder may claim any number of them.
+constexpr std::size_t kLongestCarried = 4000;
 
 bool is_alike(const msg::ToolState& a, const msg::ToolState& b) {
   return a.moving() == b.moving() && a.grasping() == b.grasping() && a.holding() == b.holding() &&
@@ -333,7 +335,8 @@ void ArmDriver::note_shapes() {
   attached_.clear();
   for (const auto& [name, sample] : readers_.shapes.latest()) {
     attached_[name] = sample.value.obstacle().attached_to() == name_;
-    if (!attached_[name]) continue;
+    const bool fits = state_.carried().size() + name.size() < kLongestCarried;
+    if (!attached_[name] || !fits) continue;
     state_.carried().append(state_.carried().empty() ? "" : ", ").append(name);
   }
 }

@@ -34,9 +34,12 @@ std::optional<std::string> CommandGate::not_granted(const msg::ArmCommand& comma
   return term() + ", the supervisor is silent, and their sender is not known as this planner";
 }
 
+// A term that names no planner is that of the planner that the arm follows, while it commands: an intruder may be
+// faster to take it.
 bool CommandGate::held_by_another(const msg::ArmCommand& command, const std::optional<CommandOrigin>& origin) const {
-  return origin && followed_ && command.term() == term_ && !origin->writer.same_participant(followed_->writer) &&
-         origin->at - followed_->at <= limits_.hold;
+  const bool unnamed = granted_ && lease_.newest() == ArmLease{{}, command.term()};
+  return origin && followed_ && (command.term() == term_ || unnamed) &&
+         !origin->writer.same_participant(followed_->writer) && origin->at - followed_->at <= limits_.hold;
 }
 
 // Why the contents cannot be followed.

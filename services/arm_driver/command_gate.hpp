@@ -46,7 +46,8 @@ struct CommandLimits {
 };
 
 /// Accepts commands that are complete, finite, in order, of the newest term and of the planner that has this term.
-/// Under one term it follows one participant, until that has been silent for `hold`.
+/// Under one term, and under a new one that names no planner, it follows one participant, until that has been silent
+/// for `hold`.
 class CommandGate {
  public:
   /// A sequence number that grows by more than this is refused, so that no command can end the sequence.

@@ -18,7 +18,8 @@ using enum FieldKind;
 constexpr double kLargestCount = 4.6e18;  ///< numbers of samples, stamps [ns]
 constexpr double kLargestPosition = 1e6;  ///< [rad | m]
 constexpr double kLargestVelocity = 1e4;  ///< [rad/s | m/s]
-constexpr double kLongestTime = 1e10;     ///< [s]
+constexpr double kLongestTime = 1e9;      ///< [s]; in nanoseconds it fits into 64 bits
+constexpr double kLastDate = 8e12;        ///< of the wall clock [ms]: the year 2223; likewise
 constexpr std::uint32_t kLongestText = 16384;
 constexpr std::uint32_t kLongestBody = 512;  ///< "arm1/link4"
 constexpr std::uint32_t kMostArms = 256;
@@ -44,6 +45,9 @@ constexpr FieldRule count(std::string_view name) {
 }
 constexpr FieldRule stamp(std::string_view name) {
   return {.name = name, .kind = kInt64, .low = -kLargestCount, .high = kLargestCount};
+}
+constexpr FieldRule date(std::string_view name) {
+  return {.name = name, .kind = kInt64, .low = -kLastDate, .high = kLastDate};
 }
 constexpr FieldRule term(std::string_view name) {
   return {.name = name, .kind = kTerm};
@@ -283,7 +287,7 @@ constexpr std::array kHeartbeatFields{kSchema,
                                       time("oldest_input_age"),
                                       name_of("oldest_input", kLongestBody),
                                       count("rss_bytes"),
-                                      stamp("keys_expire_unix_ms"),
+                                      date("keys_expire_unix_ms"),
                                       list("refusals", kRefusal, 4)};
 constexpr StructRule kHeartbeat{"Heartbeat", kHeartbeatFields};
 constexpr std::array kHostAgeFields{
@@ -337,7 +341,7 @@ constexpr std::array kFaultFields{kSchema,
                                   choice("severity", msg::Severity::SEVERITY_CRITICAL),
                                   nested("cause", kCause),
                                   stamp("since_ns"),
-                                  stamp("since_unix_ms"),
+                                  date("since_unix_ms"),
                                   time("detection_latency_bound"),
                                   boolean("cleared"),
                                   stamp("cleared_ns")};

@@ -4,8 +4,12 @@
 #include <array>
 #include <cstdio>
 
+#include "services/supervisor/clipped_text.hpp"
+
 namespace hecaton::services {
 namespace {
+
+constexpr std::size_t kTextOfMode = 32768;  ///< of all causes of a cell mode, half of what its readers accept [byte]
 
 std::string listed(const std::vector<std::string>& names) {
   std::string text;
@@ -180,6 +184,9 @@ msg::CellMode CellModeState::decide() const {
     order.cause(order_cause(arm));
     if (held != automatic_.arms.end() && !is_ordered_for(held->second, arm)) add_cause(order.cause(), held->second);
   }
+  const std::size_t most = std::min(kLongestReason, kTextOfMode / (decision.arms().size() + 1));
+  decision.cause().text() = clipped(decision.cause().text(), most);
+  for (msg::ArmOrder& order : decision.arms()) order.cause().text() = clipped(order.cause().text(), most);
   decision.speed(orders_.speed);
   for (const auto& [arm, speed] : orders_.speeds) {
     msg::ArmSpeed& own = decision.speeds().emplace_back();

@@ -7,6 +7,7 @@
 
 #include "services/runtime/log.hpp"
 #include "services/runtime/process_info.hpp"
+#include "services/supervisor/clipped_text.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -60,7 +61,7 @@ std::optional<KeyedFaultRecord> fault_record_of(const msg::Fault& fault, const C
   record.kind = fault.cause().kind();
   record.severity = std::min(fault.severity(), msg::Severity::SEVERITY_CRITICAL);
   record.subject = fault.cause().subject();
-  record.description = fault.cause().text();
+  record.description = clipped(fault.cause().text());
   // The wall clocks relate the instants of two hosts; durations are those of the publisher.
   record.since = clocks.now - std::chrono::milliseconds(clocks.now_unix_ms - fault.since_unix_ms());
   const double bound = fault.detection_latency_bound();

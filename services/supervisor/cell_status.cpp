@@ -9,13 +9,15 @@
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/standstill.hpp"
 #include "services/supervisor/cell_publisher.hpp"
+#include "services/supervisor/clipped_text.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 
 namespace hecaton::services {
 namespace {
 
-constexpr double kNever = -1.0;            // age of what was never received [s]
-constexpr std::size_t kClearedShown = 32;  // cleared faults in a reply
+constexpr double kNever = -1.0;               // age of what was never received [s]
+constexpr std::size_t kClearedShown = 32;     // cleared faults in a reply
+constexpr std::size_t kLongestRefusal = 300;  // its text [byte]
 
 msg::Cause first_awaited(const std::string& arm, const FaultDetector& detector) {
   for (const std::string& node : {driver_node(arm), detector.in_charge(arm), world_node()}) {
@@ -73,14 +75,20 @@ class StatusBuilder {
     arm.goal_age(kNever);
     if (const auto* state = find(source_.snapshot.arms, name)) {
       arm.state(state->value);
+      arm.state().cause().text() = clipped(state->value.cause().text());
+      arm.state().carried() = clipped(state->value.carried());
       arm.state_age(age(*state));
     }
     if (const auto* goal = find(source_.snapshot.goals, name)) {
       arm.has_goal(true);
       arm.goal(goal->value);
+      arm.goal().cause().text() = clipped(goal->value.cause().text());
+      arm.goal().note() = clipped(goal->value.note());
+      arm.goal().recovery_action() = clipped(goal->value.recovery_action());
       arm.goal_age(age(*goal));
     }
     arm.waiting_for(waiting_for(name, detector, source_.snapshot));
+    arm.waiting_for().text() = clipped(arm.waiting_for().text());
     status_.arms().push_back(std::move(arm));
   }
 
@@ -99,6 +107,11 @@ class StatusBuilder {
     for (const auto& [name, heartbeat] : source_.snapshot.heartbeats) {
       msg::NodeStatus node;
       node.heartbeat(heartbeat.value);
+      node.heartbeat().cause().text() = clipped(heartbeat.value.cause().text());
+      node.heartbeat().oldest_input() = clipped(heartbeat.value.oldest_input());
+      for (msg::Refusal& refusal : node.heartbeat().refusals()) {
+        refusal.cause().text() = clipped(refusal.cause().text(), kLongestRefusal);
+      }
       node.age(age(heartbeat));
       node.alive(alive(heartbeat));
       status_.nodes().push_back(std::move(node));
@@ -152,10 +165,12 @@ class StatusBuilder {
 
   void add_obstacles() {
     for (const auto& [name, shapes] : source_.snapshot.obstacles) {
+      const auto& states = source_.snapshot.states;
+      if (states && !shapes.writer.same_participant(states->writer) && state_of(name) == nullptr) continue;  // forged
       const msg::Obstacle& obstacle = shapes.value.obstacle();
       msg::ObstacleStatus status;
       status.name(name);
-      status.shape(shape_list(obstacle));
+      status.shape(clipped(shape_list(obstacle)));
       status.motion(text(obstacle.motion().kind()));
       status.attached_to(obstacle.attached_to());
       status.X_WO(obstacle.X_WO());
@@ -165,12 +180,17 @@ class StatusBuilder {
     }
   }
 
-  void add_state(msg::ObstacleStatus& status) {
-    if (!source_.snapshot.states) return;
+  /// What the world says of an obstacle; null: nothing.
+  [[nodiscard]] const msg::ObstacleState* state_of(const std::string& obstacle) const {
+    if (!source_.snapshot.states) return nullptr;
     const auto& states = source_.snapshot.states->value.states();
-    const auto state =
-        std::find_if(states.begin(), states.end(), [&](const auto& s) { return s.name() == status.name(); });
-    if (state == states.end()) return;
+    const auto state = std::find_if(states.begin(), states.end(), [&](const auto& s) { return s.name() == obstacle; });
+    return state == states.end() ? nullptr : &*state;
+  }
+
+  void add_state(msg::ObstacleStatus& status) {
+    const msg::ObstacleState* state = state_of(status.name());
+    if (state == nullptr) return;
     status.X_WO(state->X_WO());
     status.velocity(state->velocity());
     status.age(age(*source_.snapshot.states));

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "services/runtime/node_name.hpp"
+#include "services/supervisor/clipped_text.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -83,7 +84,7 @@ bool FaultList::raise(const std::string& key, const FaultObservation& observatio
   record.kind = observation.kind;
   record.severity = opened ? observation.severity : std::max(record.severity, observation.severity);
   record.subject = observation.subject;
-  record.description = observation.description;
+  record.description = clipped(observation.description);
   changes_.push_back(record);
   return is_new;
 }

@@ -23,6 +23,8 @@ constexpr Time kHeld = std::chrono::milliseconds(200);
 constexpr std::size_t kMostAgents = 256;
 /// More than a cell has processes.
 constexpr std::size_t kMostProcesses = 4096;
+/// Nodes that the cell file does not place on a host, such as clients and recorders, that the status lists.
+constexpr std::size_t kMostHelpers = 256;
 /// Events that wait for the first heartbeat of their agent; more than all processes of a cell have in their history.
 constexpr std::size_t kMostWaiting = 4096;
 
@@ -167,14 +169,27 @@ void SupervisorSubscriptions::receive_heartbeats(const Consumers& to) {
     if (speaker) observe_term(*speaker, sample, to);
     // The cause of a failed node may be empty.
     const bool failed = heartbeat.state() == msg::NodeState::NODE_FAILED;
+    const bool speaks = speaker || !to.detector.expects(heartbeat.node());
     to.detector.heard(heartbeat.node(),
                       {heartbeat.pid(), arrival(sample), heartbeat.sequence_number(),
-                       failed ? std::optional(heartbeat.cause()) : std::nullopt, key_expiry(heartbeat)});
+                       failed ? std::optional(heartbeat.cause()) : std::nullopt, key_expiry(heartbeat), speaks});
     if (speaker) {
       for (const msg::Refusal& refusal : heartbeat.refusals()) to.detector.refusal_heard(heartbeat.node(), refusal);
     }
+    if (!to.detector.expects(heartbeat.node())) make_room_for(heartbeat.node(), to);
     to.snapshot.update_heartbeat(sample);
   }
+}
+
+void SupervisorSubscriptions::make_room_for(const std::string& helper, const Consumers& to) {
+  auto& heartbeats = to.snapshot.heartbeats;
+  if (heartbeats.contains(helper) || heartbeats.size() < to.detector.nodes().size() + kMostHelpers) return;
+  auto oldest = heartbeats.end();
+  for (auto one = heartbeats.begin(); one != heartbeats.end(); ++one) {
+    if (to.detector.expects(one->first)) continue;
+    if (oldest == heartbeats.end() || one->second.at < oldest->second.at) oldest = one;
+  }
+  if (oldest != heartbeats.end()) heartbeats.erase(oldest);
 }
 
 SupervisorSubscriptions::Speaker* SupervisorSubscriptions::speaker_of(const bus::Sample<msg::Heartbeat>& sample,
@@ -323,7 +338,8 @@ void SupervisorSubscriptions::receive_world(const Consumers& to) {
     to.snapshot.update_obstacle_states(sample);
   }
   for (const auto& sample : readers_.contacts.take()) {
-    if (sample.disposed) continue;
+    const bool of_world = !to.snapshot.states || to.snapshot.states->writer.same_participant(sample.writer);
+    if (sample.disposed || !of_world) continue;
     to.snapshot.contact_report = received(sample);
     const msg::Separation contact = latest_contact(sample.value);
     to.detector.contacts(sample.value.contacts(), contact.a(), contact.a() + " touched " + contact.b());

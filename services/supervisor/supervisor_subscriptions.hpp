@@ -75,6 +75,8 @@ class SupervisorSubscriptions {
   void receive_modes(const bus::EndpointId& self, const Consumers& to);
   void receive_faults(const bus::EndpointId& self);
   void receive_heartbeats(const Consumers& to);
+  /// Forgets the helper that was heard least lately when there are too many for a new one.
+  void make_room_for(const std::string& helper, const Consumers& to);
   void receive_rows(const Consumers& to);
   void receive_arm_states(const Consumers& to);
   void receive_process_events(const Consumers& to);

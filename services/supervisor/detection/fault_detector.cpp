@@ -98,8 +98,10 @@ void FaultDetector::heard(std::string_view node, const Heartbeat& heartbeat) {
   record.died.reset();
   record.stopped = false;
   record.pid = pid;
-  record.failure = heartbeat.failure;
-  record.keys = heartbeat.keys;
+  if (heartbeat.speaks) {
+    record.failure = heartbeat.failure;
+    record.keys = heartbeat.keys;
+  }
   liveness_.heard(node, heartbeat.at);
 }
 

@@ -79,6 +79,7 @@ struct Heartbeat {
   std::uint64_t number = 0;             ///< sequence number of the process, from 1; 0: unknown
   std::optional<msg::Cause> failure{};  ///< the node reports that it cannot work, and why; the text may be empty
   std::optional<KeyExpiry> keys{};      ///< empty: the node has none
+  bool speaks = true;                   ///< its participant speaks for the node; else `failure` and `keys` do not count
 };
 
 struct ProcessExit {

@@ -49,15 +49,20 @@ class Leadership {
   void observe_term(std::uint64_t term, Time at) {
     highest_ = std::max(highest_, term);
     if (role_ != Role::kLeading || term <= term_) return;
+    if (share_.count == 1) return lead_on(at);
     restart_listening(at);
-    if (share_.count == 1) began_ = at - 2 * std::max(limits_.listen, limits_.search);  // a turn begins before `at`
   }
   /// An arm lease of this term exists.
   void observe_lease(std::uint64_t term) { highest_ = std::max(highest_, term); }
-  /// A cell mode of another supervisor arrived at `at`.
+  /// A cell mode of another participant arrived at `at`. A term of the own share is of an earlier process of this
+  /// supervisor, or forged. No other supervisor leads then: this one leads on above the term.
   void observe_leader(std::uint64_t term, Time at) {
     if (role_ == Role::kLeading && term < term_) return;  // the other will stand by
     highest_ = std::max(highest_, term);
+    if (term % share_.count == share_.index) {
+      if (role_ == Role::kLeading) lead_on(at);
+      return;
+    }
     heard_at_ = at;
     leader_silence_ = Time(0);
     leader_heard_ = true;
@@ -107,6 +112,12 @@ class Leadership {
   [[nodiscard]] bool hears_leader() const { return leader_heard_; }  ///< since it last began to listen
 
  private:
+  /// The next decide() takes a higher term at once.
+  void lead_on(Time at) {
+    restart_listening(at);
+    began_ = at - 2 * std::max(limits_.listen, limits_.search);  // a turn begins before `at`
+  }
+
   Limits limits_;
   TermShare share_;
   std::uint64_t highest_;

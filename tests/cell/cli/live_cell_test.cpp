@@ -5,8 +5,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include <yaml-cpp/yaml.h>
-
 #include "tests/support/signal_process.hpp"
 
 namespace hecaton::test {
@@ -91,10 +89,16 @@ TEST_F(LiveCell, PrintsEachStatusOfAWatchedGoal) {
 TEST_F(LiveCell, SeparatesTheStatusesOfAWatchedGoalInYaml) {
   const Ran ran = run({"goal", "east", "--named", "home", "--watch", "--time-limit", "60s", "-o", "yaml"});
   EXPECT_EQ(ran.code, 0) << ran.err;
-  const auto documents = YAML::LoadAll(ran.out);
-  ASSERT_GE(documents.size(), 2U) << ran.out;
-  for (const YAML::Node& status : documents) EXPECT_EQ(status["arm"].as<std::string>(), "east");
-  EXPECT_EQ(documents.back()["state"].as<std::string>(), "reached");
+  const auto count = [&](const std::string& line) {
+    std::istringstream lines(ran.out);
+    std::size_t found = 0;
+    for (std::string one; std::getline(lines, one);) found += one == line ? 1 : 0;
+    return found;
+  };
+  const std::size_t documents = count("---");
+  EXPECT_GE(documents, 2U) << ran.out;
+  EXPECT_EQ(count("\"arm\": \"east\""), documents) << ran.out;
+  EXPECT_EQ(count("\"state\": \"reached\""), 1U) << ran.out;
 }
 
 TEST_F(LiveCell, ReachesAToolPose) {

@@ -111,6 +111,25 @@ TEST(CommandGate, TakesANewTermOfAKnownPlannerOnlyWithoutTheSupervisor) {
   EXPECT_EQ(gate.judge(command(8, 1), from(5, 10s)).verdict, Verdict::kAccepted) << "a cell mode has named the term";
 }
 
+// The supervisor has begun a new term, which its cell mode tells to all at once.
+TEST(CommandGate, LeavesANewTermToTheParticipantThatTheArmFollows) {
+  using namespace std::chrono_literals;
+  CommandGate gate(2, {0.05, 50ms});
+  gate.observe_lease({{}, 1});
+  gate.set_granted(1);
+  ASSERT_EQ(gate.judge(command(1, 1), from(1, 0ms)).verdict, Verdict::kAccepted);
+  gate.observe_lease({{}, 2});
+  gate.set_granted(2);
+  EXPECT_EQ(gate.judge(command(2, 1), from(2, 10ms)).verdict, Verdict::kSecondWriter) << "an intruder was faster";
+  EXPECT_EQ(gate.judge(command(2, 1), from(1, 20ms)).verdict, Verdict::kAccepted);
+  gate.observe_lease({{}, 3});
+  gate.set_granted(3);
+  EXPECT_EQ(gate.judge(command(3, 1), from(2, 71ms)).verdict, Verdict::kAccepted) << "the planner was restarted";
+  gate.observe_lease({"planner/arm1", 4});
+  gate.set_granted(4);
+  EXPECT_EQ(gate.judge(command(4, 1), from(3, 72ms)).verdict, Verdict::kAccepted) << "the lease names it";
+}
+
 bus::Event discovery(bus::EventKind kind, const std::string& name, std::uint8_t participant) {
   bus::Event event;
   event.kind = kind;

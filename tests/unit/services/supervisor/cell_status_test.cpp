@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "services/bus/endpoint.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
+#include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/expected_nodes.hpp"
 #include "services/supervisor/replication/unreplicated.hpp"
 
@@ -85,6 +87,66 @@ class CellStatusTest : public ::testing::Test {
   PlannerFailover failover_{arms_with_standby(file_)};
   msg::CellMode mode_;
 };
+
+// Else a client would refuse the answer to each of its orders.
+TEST_F(CellStatusTest, StaysAcceptableWhateverOthersSay) {
+  const std::string text(16'384, 'x');
+  const std::string name(150, 'n');
+  const auto speak = [&](const std::string& node) {
+    msg::Heartbeat heartbeat;
+    heartbeat.node(node);
+    heartbeat.cause(make_cause(msg::CauseKind::CAUSE_NODE_FAILED, name, text));
+    heartbeat.oldest_input(name);
+    for (int i = 0; i < 2; ++i) {
+      msg::Refusal refusal;
+      refusal.cause(make_cause(msg::CauseKind::CAUSE_INPUT_REFUSED, name, text));
+      heartbeat.refusals().push_back(refusal);
+    }
+    ASSERT_FALSE(bus::Writer<msg::Heartbeat>::refusal_of(heartbeat));
+    snapshot_.heartbeats.insert_or_assign(node, Received<msg::Heartbeat>{heartbeat, at(), {}});
+    watch_.heard(node, {1, now_, 0, heartbeat.cause()});
+  };
+  for (int i = 0; i < 256; ++i) speak(name + std::to_string(i));
+  for (const ExpectedNode& node : watch_.nodes()) speak(node.name);
+  for (const auto* arm : {"left", "right"}) {
+    state(arm, msg::ArmMode::ARM_STOPPED, 0.0, text);
+    snapshot_.arms.at(arm).value.carried(text);
+  }
+  bus::EndpointId intruder;
+  intruder.bytes[0] = 7;
+  snapshot_.states = Received<msg::ObstacleStates>{{}, at(), {}};
+  for (int i = 0; i < 4000; ++i) {
+    Received<msg::ObstacleShapes> shapes{{}, at(), intruder};
+    shapes.value.name(name + std::to_string(i));
+    shapes.value.obstacle().shapes().resize(64);
+    snapshot_.obstacles.insert_or_assign(shapes.value.name(), shapes);
+  }
+  watch_.judge(now_);
+  mode_ = watch_.mode().decide();
+  msg::SupervisorReply reply;
+  reply.status(status());
+  EXPECT_EQ(bus::Writer<msg::SupervisorReply>::refusal_of(reply), std::nullopt);
+  EXPECT_EQ(bus::Writer<msg::CellMode>::refusal_of(mode_), std::nullopt);
+  EXPECT_TRUE(reply.status().obstacles().empty()) << "forged";
+  for (const FaultRecord& fault : watch_.faults().open()) {
+    const msg::Fault message = fault_message(fault, {now_, 1'000'000});
+    EXPECT_EQ(bus::Writer<msg::Fault>::refusal_of(message), std::nullopt);
+    EXPECT_TRUE(fault.description.ends_with("…"));
+  }
+}
+
+TEST_F(CellStatusTest, KeepsACellModeOfManyArmsWithinItsLimit) {
+  std::vector<std::string> arms;
+  AutomaticHolds holds;
+  for (int i = 0; i < 128; ++i) {
+    arms.push_back("arm" + std::to_string(i));
+    holds.arms.emplace(arms.back(), make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "north", std::string(16'384, 'x')));
+  }
+  CellModeState mode(arms);
+  mode.set_automatic(holds);
+  EXPECT_EQ(bus::Writer<msg::CellMode>::refusal_of(mode.decide()), std::nullopt);
+  EXPECT_EQ(mode.decide().arms().size(), arms.size());
+}
 
 TEST_F(CellStatusTest, ExpectsTheNodesOfTheCellFile) {
   std::vector<std::string> names;

@@ -11,6 +11,9 @@ using Role = Leadership::Role;
 /// No gap between packets limits the silence of the leader.
 constexpr Leadership::Limits kLimits{.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 1h};
 
+/// Of the first of two supervisors: even terms. The other one takes odd terms.
+constexpr Leadership::TermShare kFirst{0, 2};
+
 TEST(Leadership, ListensAndThenLeadsAboveAllObservedTerms) {
   Leadership own(kLimits, 0, 0ms);
   own.observe_term(7, 0ms);
@@ -32,17 +35,17 @@ TEST(Leadership, LeadsAboveTheTermOfItsCheckpoint) {
 // A supervisor that led or stood by before has most likely been replaced. No supervisor for a while is better than two.
 TEST(Leadership, SearchesForALeaderBeforeItLeadsAgain) {
   constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
-  Leadership fresh(kSearches, 0, 0ms);
+  Leadership fresh(kSearches, 0, 0ms, kFirst);
   EXPECT_TRUE(fresh.decide(200ms, 200ms)) << "it has no checkpoint";
   fresh.restart_listening(5s);
   EXPECT_FALSE(fresh.decide(6999ms, 6999ms));
   EXPECT_TRUE(fresh.decide(7s, 7s));
 
-  Leadership restarted(kSearches, 41, 0ms);
+  Leadership restarted(kSearches, 41, 0ms, kFirst);
   EXPECT_FALSE(restarted.decide(1999ms, 1999ms));
   EXPECT_TRUE(restarted.decide(2s, 2s));
 
-  Leadership replaced(kSearches, 41, 0ms);
+  Leadership replaced(kSearches, 41, 0ms, kFirst);
   replaced.observe_leader(43, 100ms);
   EXPECT_FALSE(replaced.decide(200ms, 200ms));
   EXPECT_EQ(replaced.role(), Role::kStandingBy) << "found";
@@ -50,7 +53,7 @@ TEST(Leadership, SearchesForALeaderBeforeItLeadsAgain) {
 }
 
 TEST(Leadership, ListensFromTheEndOfTheHandshakeWithAnotherSupervisor) {
-  Leadership own(kLimits, 41, 10s);
+  Leadership own(kLimits, 41, 10s, kFirst);
   for (auto now = 10s + 0ms; now <= 12s; now += 5ms) {
     own.observe_joining(now);
     EXPECT_FALSE(own.decide(now, now));
@@ -60,7 +63,7 @@ TEST(Leadership, ListensFromTheEndOfTheHandshakeWithAnotherSupervisor) {
   EXPECT_FALSE(own.decide(12200ms, 12200ms));
   EXPECT_EQ(own.role(), Role::kStandingBy);
 
-  Leadership alone(kLimits, 41, 10s);
+  Leadership alone(kLimits, 41, 10s, kFirst);
   alone.observe_joining(12s);
   EXPECT_FALSE(alone.decide(12199ms, 12199ms));
   EXPECT_TRUE(alone.decide(12200ms, 12200ms)) << "the other one leads neither";
@@ -88,10 +91,10 @@ TEST(Leadership, ListensAfterAnAbsenceAndLeadsUnderANewTerm) {
 }
 
 TEST(Leadership, StandsByAfterAnAbsenceWithAnotherLeader) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.restart_listening(5s);
-  own.observe_leader(2, 5190ms);
+  own.observe_leader(3, 5190ms);
   EXPECT_FALSE(own.decide(5200ms, 5200ms));
   EXPECT_EQ(own.role(), Role::kStandingBy);
 }
@@ -144,7 +147,7 @@ TEST(Leadership, TwoSupervisorsNeverTakeTheSameTerm) {
 }
 
 TEST(Leadership, LeadsAtOnceWhenTheLeadersProcessEnded) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   own.leader_died();
@@ -153,7 +156,7 @@ TEST(Leadership, LeadsAtOnceWhenTheLeadersProcessEnded) {
 }
 
 TEST(Leadership, StandsByWhileAnotherLeads) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   for (auto now = 0ms; now <= 2s; now += 25ms) {
     own.observe_leader(3, now);
     EXPECT_FALSE(own.decide(now, now));
@@ -162,7 +165,7 @@ TEST(Leadership, StandsByWhileAnotherLeads) {
 }
 
 TEST(Leadership, LeadsWhenTheLeaderIsSilent) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   own.observe_leader(3, 150ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   EXPECT_FALSE(own.decide(450ms, 450ms));
@@ -172,7 +175,7 @@ TEST(Leadership, LeadsWhenTheLeaderIsSilent) {
 
 // The leader's messages may still wait in the socket.
 TEST(Leadership, DoesNotLeadWhileItHearsNoOtherHost) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 195ms));
   EXPECT_FALSE(own.decide(5s, 195ms));
@@ -184,7 +187,7 @@ TEST(Leadership, DoesNotLeadWhileItHearsNoOtherHost) {
 
 // After a partition hosts are not heard again all at once.
 TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
-  Leadership own({.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 100ms}, 0, 0ms);
+  Leadership own({.listen = 200ms, .search = 200ms, .silence = 300ms, .pause = 100ms}, 0, 0ms, kFirst);
   own.observe_leader(3, 190ms);
   EXPECT_FALSE(own.decide(200ms, 200ms));
   for (auto now = 5000ms; now <= 5180ms; now += 20ms)
@@ -195,7 +198,7 @@ TEST(Leadership, GivesALeaderTimeToBeHeardAgainAfterAPause) {
 }
 
 TEST(Leadership, StepsDownForAHigherTerm) {
-  Leadership own(kLimits, 0, 0ms);
+  Leadership own(kLimits, 0, 0ms, kFirst);
   EXPECT_TRUE(own.decide(200ms, 200ms));
   own.observe_leader(9, 210ms);
   EXPECT_EQ(own.role(), Role::kStandingBy);
@@ -205,19 +208,37 @@ TEST(Leadership, StepsDownForAHigherTerm) {
 }
 
 TEST(Leadership, IgnoresALeaderOfALowerTerm) {
-  Leadership own(kLimits, 4, 0ms);
+  Leadership own(kLimits, 4, 0ms, kFirst);
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.observe_leader(4, 210ms);
+  own.observe_leader(5, 210ms);
   EXPECT_EQ(own.role(), Role::kLeading);
-  EXPECT_EQ(own.term(), 5U);
+  EXPECT_EQ(own.term(), 6U);
 }
 
-// Possible only when a supervisor has lost its checkpoint. It takes another term when it leads again.
-TEST(Leadership, StepsDownForAnotherLeaderOfItsOwnTerm) {
-  Leadership own(kLimits, 0, 0ms);
+// It is of an earlier process of this supervisor, or forged.
+TEST(Leadership, LeadsOnAboveACellModeOfATermOfItsOwnShare) {
+  constexpr Leadership::Limits kSearches{.listen = 200ms, .search = 2s, .silence = 300ms, .pause = 1h};
+  for (const Leadership::TermShare share : {Leadership::TermShare{0, 1}, kFirst}) {
+    Leadership own(kSearches, 0, 0ms, share);
+    EXPECT_TRUE(own.decide(200ms, 200ms));
+    for (auto now = 300ms; now < 2s; now += 100ms) {
+      const std::uint64_t forged = own.term() + 2 * (now.count() % 200);
+      own.observe_leader(forged, now);
+      EXPECT_TRUE(own.decide(now - 1ms, now - 1ms)) << "the turn began before the mode arrived";
+      EXPECT_EQ(own.role(), Role::kLeading);
+      EXPECT_GT(own.term(), forged);
+    }
+  }
+}
+
+TEST(Leadership, DoesNotWaitForALeaderOfItsOwnShare) {
+  Leadership own(kLimits, 0, 0ms, kFirst);
+  for (auto now = 0ms; now < 200ms; now += 25ms) {
+    own.observe_leader(8, now);
+    EXPECT_FALSE(own.decide(now, now));
+  }
   EXPECT_TRUE(own.decide(200ms, 200ms));
-  own.observe_leader(1, 210ms);
-  EXPECT_EQ(own.role(), Role::kStandingBy);
+  EXPECT_EQ(own.term(), 10U);
 }
 
 }  // namespace

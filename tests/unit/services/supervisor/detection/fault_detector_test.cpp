@@ -49,6 +49,20 @@ TEST_F(FaultDetectorTest, ReportsAFailedNodeWithItsOwnText) {
   EXPECT_EQ(detector.mode().decide().mode(), msg::Mode::MODE_RUN);
 }
 
+TEST_F(FaultDetectorTest, TakesTheFailureOfANodeOnlyFromItsOwnParticipant) {
+  const msg::Cause failed = make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "world", "cannot be recovered");
+  for (int i = 0; i < 20; ++i) {
+    detector.heard("world", {pids["world"], now, 0, failed, {}, false});
+    turn();
+    EXPECT_TRUE(detector.faults().open().empty());
+  }
+  mute.insert("world");
+  detector.heard("world", {pids["world"], now, 0, failed});
+  detector.heard("world", {pids["world"], now, 0, std::nullopt, {}, false});
+  detector.judge(now);
+  EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_NODE_FAILED) << "nor does another one end it";
+}
+
 TEST_F(FaultDetectorTest, ReportsAFailedNodeWithoutText) {
   mute.insert("world");
   turn(10ms);
