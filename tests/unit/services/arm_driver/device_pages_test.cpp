@@ -31,23 +31,31 @@ struct Row {
   std::string allowed;
 };
 
-/// The rows "| `key` | meaning | default | allowed |" below a heading, down to the next one of its level.
+/// The cells of a row of a table, without the spaces around them.
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  for (std::size_t at = row.find('|') + 1; at < row.size();) {
+    const std::size_t end = std::min(row.find('|', at), row.size());
+    const std::size_t first = std::min(row.find_first_not_of(' ', at), end);
+    const std::size_t last = row.find_last_not_of(' ', end - 1);
+    cells.push_back(first == end ? "" : row.substr(first, last + 1 - first));
+    at = end + 1;
+  }
+  return cells;
+}
+
+/// The rows "| `key` | meaning | default | allowed |" below a heading, down to the next one of its level or above.
 std::map<std::string, Row> rows_of(const std::string& page, const std::string& heading) {
   std::ifstream file(std::string(HECATON_SOURCE_DIR) + "/docs/" + page);
   std::map<std::string, Row> rows;
-  const std::string level = heading.substr(0, heading.find(' ') + 1);
+  const std::size_t level = heading.find(' ');
   bool below = false;
   for (std::string line; std::getline(file, line);) {
-    if (line.starts_with(level)) below = line == heading;
+    if (line.starts_with('#') && line.find(' ') <= level) below = line == heading;
     if (!below || !line.starts_with("| `")) continue;
-    std::vector<std::string> cells;
-    for (std::size_t at = 2; at < line.size();) {
-      const std::size_t end = std::min(line.find(" |", at), line.size());
-      cells.push_back(line.substr(at, end - at));
-      at = end + 3;
-    }
-    EXPECT_EQ(cells.size(), 4U) << line;
-    if (cells.size() == 4) rows[cells[0].substr(1, cells[0].size() - 2)] = {cells[2], cells[3]};
+    const std::vector<std::string> cells = cells_of(line);
+    if (cells.size() != 4) continue;  // of another table
+    rows[cells[0].substr(1, cells[0].size() - 2)] = {cells[2], cells[3]};
   }
   return rows;
 }
