@@ -15,6 +15,7 @@ namespace hecaton::test {
 namespace {
 
 constexpr double kTimeTolerance = 30.0;  // of a trajectory that may have to wait [s]
+constexpr Seconds kSlack{0.1};           // between clocks of two programs that count in periods
 
 /// Number of trajectories; HECATON_TRAJECTORIES=300 for the long run.
 int number_of_trajectories() {
@@ -47,7 +48,7 @@ class Customer {
           invalid(i / kKinds + static_cast<int>(seed_));
           break;
         case 1:
-          expect("cancelled", send(towards(i)), true);
+          cancelled(towards(i + 1, 2.0));
           break;
         case 2: {
           const auto first = send(towards(i, 2.0));
@@ -55,11 +56,11 @@ class Customer {
           const auto second = send(towards(i + 1));
           ++i;  // two trajectories
           expect_end("replaced", first, kAborted, -1);
-          expect("later", second, false);
+          expect("later", second);
           break;
         }
         case 4:
-          expect("with a path tolerance", send(with_path_tolerance(towards(i))), false);
+          expect("with a path tolerance", send(with_path_tolerance(towards(i))));
           break;
         case 6:
           outside_goal_tolerance();
@@ -68,14 +69,17 @@ class Customer {
           pushed();
           break;
         default:
-          expect("plain", send(towards(i)), false);
+          expect("plain", send(towards(i)));
       }
     }
-    expect("home", send(smooth_to(kHome)), false);
+    expect("home", send(smooth_to(kHome)));
   }
 
   [[nodiscard]] int sent() const { return sent_; }
   [[nodiscard]] const std::map<std::string, int>& outcomes() const { return outcomes_; }
+  /// Valid trajectories that were not cancelled and had no path tolerance, and how many of these succeeded.
+  [[nodiscard]] int plain() const { return plain_; }
+  [[nodiscard]] int succeeded() const { return succeeded_; }
 
  private:
   using Goal = control_msgs::action::FollowJointTrajectory_Goal;
@@ -83,6 +87,9 @@ class Customer {
     ActionClient::Id id{};
     rtps::SampleIdentity asked;
     bool accepted = false;
+    std::chrono::steady_clock::time_point at;  ///< just before it was sent
+    Seconds duration{0.0};
+    bool has_path_tolerance = false;
   };
   static inline const std::vector<double> kHome{0.0, -1.9, 2.6, 0.0, 0.6, 0.0};
   static inline const std::vector<double> kReady{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
@@ -120,10 +127,17 @@ class Customer {
   Sent send(const Goal& goal) {
     ++sent_;
     Sent sent;
+    sent.at = std::chrono::steady_clock::now();
+    const auto& end = goal.trajectory().points().back().time_from_start();
+    sent.duration = std::chrono::seconds(end.sec()) + std::chrono::nanoseconds(end.nanosec());
+    sent.has_path_tolerance = !goal.path_tolerance().empty();
     const auto id = client_.send(goal);
     EXPECT_TRUE(id) << arm_;
     if (!id) return sent;
-    return {*id, client_.ask_result(*id), true};
+    sent.id = *id;
+    sent.asked = client_.ask_result(*id);
+    sent.accepted = true;
+    return sent;
   }
 
   void expect_end(const std::string& kind, const Sent& sent, int status, int code) {
@@ -133,24 +147,62 @@ class Customer {
     EXPECT_EQ(result->result().error_code(), code) << arm_ << ", " << kind << ": " << result->result().error_string();
     EXPECT_TRUE(code == 0 || !result->result().error_string().empty()) << arm_ << ", " << kind;
   }
-  /// A valid trajectory: at its goal, or late or pushed off its path with a reason.
-  void expect(const std::string& kind, const Sent& sent, bool cancel) {
-    if (cancel) {
-      wait(0.0, 1.5);
-      const int code = client_.cancel(sent.id);
-      if (code == 0) return expect_end(kind, sent, kCanceled, 0);
-      EXPECT_EQ(code, 3) << arm_ << ": the trajectory has ended before";
-    }
+  /// A valid trajectory: at its goal, or too late, or pushed off the path that it must keep, with a reason.
+  void expect(const std::string& kind, const Sent& sent) {
     const auto result = end_of(kind, sent);
     if (!result) return;
-    const int code = result->result().error_code();
-    const std::string& why = result->result().error_string();
-    // Where a trajectory ends may be in the way of the ball.
-    const bool ends_in_ball = code == -1 && why.starts_with("the planner rejects the trajectory");
-    EXPECT_TRUE(code == 0 || code == -4 || code == -5 || ends_in_ball)
-        << arm_ << ", " << kind << ": " << code << ' ' << why;
-    EXPECT_EQ(result->status(), code == 0 ? kSucceeded : kAborted) << arm_ << ", " << kind << ": " << why;
-    EXPECT_EQ(why.empty(), code == 0) << arm_ << ", " << kind;
+    judge(kind, sent, *result);
+    if (sent.has_path_tolerance) return;
+    ++plain_;
+    succeeded_ += result->status() == kSucceeded ? 1 : 0;
+  }
+  void judge(const std::string& kind, const Sent& sent, const Result& result) {
+    const int code = result.result().error_code();
+    const std::string& why = result.result().error_string();
+    const std::string what = arm_ + ", " + kind + ": " + std::to_string(code) + ' ' + why;
+    EXPECT_EQ(result.status(), code == 0 ? kSucceeded : kAborted) << what;
+    EXPECT_EQ(why.empty(), code == 0) << what;
+    switch (code) {
+      case 0:
+        break;
+      case -1:
+        EXPECT_TRUE(is_rejected(result)) << what;
+        break;
+      case -4:
+        EXPECT_TRUE(sent.has_path_tolerance) << what;
+        break;
+      case -5:
+        // These goals have a tolerance of time and none of position.
+        EXPECT_NE(why.find("s after its time"), std::string::npos) << what;
+        EXPECT_GT(since(sent), sent.duration + Seconds(kTimeTolerance) - kSlack) << what;
+        break;
+      default:
+        ADD_FAILURE() << what;
+    }
+  }
+  /// Where a trajectory ends may be in the way of the ball.
+  static bool is_rejected(const Result& result) {
+    return result.result().error_code() == -1 &&
+           result.result().error_string().starts_with("the planner rejects the trajectory");
+  }
+  static Seconds since(const Sent& sent) { return std::chrono::steady_clock::now() - sent.at; }
+
+  /// Most are cancelled on their way, some at their end.
+  void cancelled(const Goal& goal) {
+    const std::string kind = "cancelled";
+    const Sent sent = send(goal);
+    if (!sent.accepted) return;
+    wait(0.0, std::min(1.2 * sent.duration.count(), 3.0));
+    const int code = client_.cancel(sent.id);
+    const Seconds answered = since(sent);
+    if (code == 0) return expect_end(kind, sent, kCanceled, 0);
+    EXPECT_EQ(code, 3) << arm_ << ": the trajectory has ended before";
+    const auto result = end_of(kind, sent);
+    if (!result) return;
+    judge(kind, sent, *result);
+    EXPECT_TRUE(is_rejected(*result) || answered > sent.duration - kSlack)
+        << arm_ << ": not cancelled " << answered.count() << " s after the start of a trajectory of "
+        << sent.duration.count() << " s";
   }
   std::optional<Result> end_of(const std::string& kind, const Sent& sent) {
     if (!sent.accepted) return std::nullopt;
@@ -173,7 +225,7 @@ class Customer {
   /// The arm turns its last joint alone, and a ball comes from above to where its tool is, and 50 mm deeper. The arm
   /// must flee farther than the path tolerance.
   void pushed() {
-    expect("aside", send(smooth_to(kAside)), false);
+    expect("aside", send(smooth_to(kAside)));
     const std::vector<double> q = cell_.arm(arm_).state(kLong).q;
     for (std::size_t j = 0; j < q.size(); ++j) {
       if (std::abs(q[j] - kAside[j]) > 0.1) return;  // something was in its way
@@ -236,6 +288,8 @@ class Customer {
   std::mt19937 random_;
   DropStone drop_stone_;
   int sent_ = 0;
+  int plain_ = 0;
+  int succeeded_ = 0;
   std::map<std::string, int> outcomes_;
 };
 
@@ -262,8 +316,12 @@ TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
   std::map<std::string, int> all;
   int ended = 0;
   int sent = 0;
+  int plain = 0;
+  int succeeded = 0;
   for (const auto& customer : customers) {
     sent += customer->sent();
+    plain += customer->plain();
+    succeeded += customer->succeeded();
     for (const auto& [outcome, count] : customer->outcomes()) {
       all[outcome] += count;
       ended += count;
@@ -272,6 +330,8 @@ TEST_F(Ros2Cell, EndsManyTrajectoriesAsDocumentedAndTouchesNothing) {
   for (const auto& [outcome, count] : all) std::cout << outcome << ": " << count << '\n';
   EXPECT_EQ(ended, sent) << "each has a result";
   EXPECT_GT(all["pushed off its path: status 6, code -4"], 0);
+  EXPECT_GT(all["cancelled: status 5, code 0"], 0) << "no cancellation came while a trajectory was running";
+  EXPECT_GT(2 * succeeded, plain) << succeeded << " of " << plain << " valid trajectories succeeded";
   const CellStatus status = cell.status(kLong);
   ASSERT_TRUE(status.contacts);
   EXPECT_EQ(status.contacts->contacts, 0U);
