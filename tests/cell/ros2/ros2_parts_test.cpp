@@ -3,12 +3,15 @@
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <idl/arm.h>
 #include <idl/ros2/ros2PubSubTypes.h>
 
 #include "planner/model/kinematics.hpp"
 #include "planner/model/urdf_loader.hpp"
+#include "services/ros2/cell_publisher.hpp"
 #include "services/ros2/name_watch.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
@@ -258,6 +261,17 @@ TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
   EXPECT_FALSE(log.note(now + 119s));
 }
 
+/// The topic ros_discovery_info.
+bus::ros2::Topic announcement_topic() {
+  bus::ros2::Topic topic;
+  topic.name = "ros_discovery_info";
+  topic.type = "rmw_dds_common/msg/ParticipantEntitiesInfo";
+  topic.transient_local = true;
+  topic.depth = 1;
+  topic.plain = true;
+  return topic;
+}
+
 TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {
   using config::Ros2Distribution;
   const ros2::NodeEndpoints endpoints{{}, {bus::EndpointId{{1, 2, 3}}}};
@@ -272,12 +286,7 @@ TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {
   bus::Mailbox mailbox;
   bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
   bus::Participant other(domain.number(), "/", bus::ros2::participant_options());
-  bus::ros2::Topic topic;
-  topic.name = "ros_discovery_info";
-  topic.type = "rmw_dds_common/msg/ParticipantEntitiesInfo";
-  topic.transient_local = true;
-  topic.depth = 1;
-  topic.plain = true;
+  const bus::ros2::Topic topic = announcement_topic();
   bus::ros2::Writer writer(other, topic);
   writer.write(humble);
   bus::ros2::Writer own(participant, topic);
@@ -290,6 +299,98 @@ TEST(Ros2NodeGraph, IsSilentBesideNodesOfAnotherDistribution) {
   EXPECT_TRUE(graph.conflicting());
   graph.update(bus::Clock::now() + 10s);
   EXPECT_FALSE(graph.announced());
+}
+
+TEST(Ros2NodeGraph, FallsSilentWhenANodeOfAnotherDistributionComesLater) {
+  using config::Ros2Distribution;
+  const FreeDomain domain;
+  bus::Mailbox mailbox;
+  bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
+  bus::Participant other(domain.number(), "/", bus::ros2::participant_options());
+  bus::Participant third(domain.number(), "/", bus::ros2::participant_options());
+  const auto described = ros2::topic_of("/robot_description", ros2::type::kString, ros2::Delivery::kLatched);
+  const bus::ros2::Writer own(participant, described);
+  const ros2::NodeEndpoints endpoints{{}, {own.id()}};
+  ros2::NodeGraph graph(participant, Ros2Distribution::kJazzy, {"/", "hecaton"}, endpoints, mailbox);
+  const auto await = [&](const auto& happens) {
+    const auto until = bus::Clock::now() + kLong;
+    while (!happens() && bus::Clock::now() < until) static_cast<void>(mailbox.wait(100ms));
+    return happens();
+  };
+  const auto take_one = [&](bus::ros2::Reader& reader) {
+    std::vector<bus::ros2::Sample> samples;
+    EXPECT_TRUE(await([&] {
+      for (auto& sample : reader.take()) samples.push_back(std::move(sample));
+      return !samples.empty();
+    }));
+    EXPECT_EQ(samples.size(), 1U);
+    return samples.empty() ? Bytes() : samples.front().bytes;
+  };
+  graph.update(bus::Clock::now() + 10s);
+  ASSERT_TRUE(graph.announced());
+  bus::ros2::Reader before(third, announcement_topic(), mailbox);
+  EXPECT_EQ(take_one(before), ros2::announcement(Ros2Distribution::kJazzy, {"/", "hecaton"}, endpoints));
+
+  const bus::EndpointId foreign{{1, 2, 3}};
+  const Bytes humble = ros2::announcement(Ros2Distribution::kHumble, {"/", "camera"}, {{}, {foreign}});
+  bus::ros2::Writer writer(other, announcement_topic());
+  writer.write(humble);
+  EXPECT_TRUE(await([&] {
+    graph.update(bus::Clock::now() + 10s);
+    return graph.conflicting();
+  }));
+  EXPECT_FALSE(graph.announced());
+  EXPECT_TRUE(await([&] { return before.matched() == 1; })) << "the writer of the announcement is still there";
+  EXPECT_EQ(take_one(before), humble);
+  // A node that comes later reads the other announcement alone.
+  bus::ros2::Reader late(third, announcement_topic(), mailbox);
+  EXPECT_EQ(take_one(late), humble);
+  EXPECT_EQ(late.matched(), 1);
+  graph.update(bus::Clock::now() + 100s);
+  EXPECT_FALSE(graph.announced());
+}
+
+/// Publishes joint states of the cell until a peer has read many of them, or a time of /clock. True: it has read one.
+bool has_clock(const config::CellFile& file) {
+  constexpr std::size_t kStates = 200;
+  const FreeDomain domain;
+  bus::Participant participant(domain.number(), "/", bus::ros2::participant_options());
+  ros2::CellPublisher publisher(file, participant);
+  ros2::CellView view(file.cell);
+  RosPeer peer(domain.number());
+  PeerReader<rosgraph_msgs::msg::ClockPubSubType> clock(peer, "rt/clock", {false, false, 1});
+  PeerReader<sensor_msgs::msg::JointStatePubSubType> states(peer, "rt/cell/joint_states");
+  EXPECT_TRUE(clock.wait_matched() && states.wait_matched());
+  bus::Sample<msg::ArmState> state;
+  const planner::Arm& arm = file.cell.arms.front().arm;
+  state.value.arm(arm.name);
+  state.value.q({arm.home().begin(), arm.home().end()});
+  std::size_t read = 0;
+  bool clocked = false;
+  const auto until = bus::Clock::now() + kLong;
+  while (!clocked && read < kStates && bus::Clock::now() < until) {
+    state.received = bus::Clock::now();
+    view.apply(state);
+    publisher.publish_states(view, state.received);
+    std::this_thread::sleep_for(5ms);
+    read += states.take().size();
+    clocked = !clock.take().empty();
+  }
+  EXPECT_TRUE(clocked || read >= kStates) << "only " << read << " joint states were read";
+  return clocked;
+}
+
+TEST(Ros2Clock, IsSentWhenAllDevicesAreSimulated) {
+  config::CellFile file = three_puma();
+  file.ros2.emplace().ns = "/cell";
+  EXPECT_TRUE(has_clock(file));
+}
+
+TEST(Ros2Clock, IsNotSentBesideARobot) {
+  config::CellFile file = three_puma();
+  file.ros2.emplace().ns = "/cell";
+  file.devices.at(1).type = "universal_robots";
+  EXPECT_FALSE(has_clock(file));
 }
 
 TEST(Ros2NameWatch, TellsOnceOfAnotherNodeThatStays) {
