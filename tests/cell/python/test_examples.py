@@ -11,6 +11,7 @@ import sys
 import tempfile
 import textwrap
 import time
+import types
 import unittest
 import unittest.mock
 
@@ -53,6 +54,28 @@ class Examples(LiveCell):
         done = self.run_example("camera_obstacles.py", "40")
         self.assertEqual(done.stderr, "")
         self.assertIn("40 frames; obstacles left: 0", done.stdout)
+
+
+class Notebooks(LiveCell):
+    """The examples as VS Code and Jupytext see them: cells that begin with `# %%`."""
+
+    def cells(self, example):
+        return re.split(r"^# %%.*\n", example.read_text(), flags=re.M)
+
+    def test_each_example_has_cells(self):
+        for example in EXAMPLES.glob("*.py"):
+            self.assertGreater(len(self.cells(example)), 4, example)
+
+    def test_cells_run_one_after_the_other_without_a_command_line(self):
+        printed = io.StringIO()
+        kernel = {"ipykernel": types.ModuleType("ipykernel")}
+        environment = {"HECATON_DOMAIN": str(self.domain.number)}
+        program = {}
+        with unittest.mock.patch.dict(sys.modules, kernel), unittest.mock.patch.dict(os.environ, environment), \
+                contextlib.chdir(SOURCE), contextlib.redirect_stdout(printed):
+            for cell in self.cells(EXAMPLES / "two_arms_hand_over.py"):
+                exec(compile(cell, "two_arms_hand_over.py", "exec"), program)
+        self.assertIn("west carries part", printed.getvalue())
 
 
 class Page(LiveCell):
