@@ -1,5 +1,6 @@
 /// Trajectories of nodes of ROS 2 in a running cell of three arms.
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <map>
@@ -162,7 +163,7 @@ TEST_F(Ros2Cell, NamesThePairAndTheDistanceOfARefusedGoal) {
   EXPECT_TRUE(std::regex_search(why, pair)) << why;
 }
 
-/// The states that the driver of `north` sends, as fast as a thread of this process takes them.
+/// The states that the drivers send, as fast as a thread of this process takes them.
 class DriverStates {
  public:
   struct Seen {
@@ -170,10 +171,11 @@ class DriverStates {
     double speed = 0.0;        ///< of joint 1 [rad/s]
     double command_age = 0.0;  ///< [s]
   };
+  using OfArms = std::map<std::string, std::vector<Seen>>;
 
   DriverStates(int domain, const std::string& cell) : participant_(domain, "observer", in_partition(cell)) {}
   /// Those since the start.
-  std::vector<Seen> end() {
+  OfArms end() {
     thread_.request_stop();
     thread_.join();
     return seen_;
@@ -190,8 +192,8 @@ class DriverStates {
       static_cast<void>(mailbox_.wait(std::chrono::milliseconds(5)));
       static_cast<void>(mailbox_.take_events());
       for (const auto& sample : states_.take()) {
-        if (sample.disposed || sample.value.arm() != "north") continue;
-        seen_.push_back({sample.received, sample.value.qd()[0], sample.value.command_age()});
+        if (sample.disposed || sample.value.qd().empty()) continue;
+        seen_[sample.value.arm()].push_back({sample.received, sample.value.qd()[0], sample.value.command_age()});
       }
     }
   }
@@ -199,31 +201,52 @@ class DriverStates {
   bus::Participant participant_;
   bus::Mailbox mailbox_;
   bus::Reader<msg::ArmState> states_{participant_, &mailbox_};
-  std::vector<Seen> seen_;
+  OfArms seen_;
   std::jthread thread_{[this](const std::stop_token& stop) { watch(stop); }};
 };
 
-/// A machine that stalls stops the arm as well: the driver brakes when a command is late, from this speed within 17 ms.
-bool is_stalled(const std::vector<DriverStates::Seen>& seen, std::size_t now) {
+/// A command or a state of an arm was late between these times.
+bool is_late(const std::vector<DriverStates::Seen>& seen, bus::Clock::time_point from, bus::Clock::time_point to) {
   constexpr double kLate = 0.015;  // control period, and half of another [s]
-  for (std::size_t i = now; i > 0 && seen[now].at - seen[i].at < std::chrono::milliseconds(100); --i) {
+  for (std::size_t i = 1; i < seen.size(); ++i) {
+    if (seen[i].at < from || seen[i - 1].at > to) continue;
     const std::chrono::duration<double> gap = seen[i].at - seen[i - 1].at;
     if (seen[i].command_age > kLate || gap.count() > kLate) return true;
   }
   return false;
 }
 
-TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
-  constexpr double kSpeed = 0.1;  // [rad/s]
-  const Cell cell = connect();
-  ActionClient client(*peer_, "north");
+/// A stall of the machine stops `north`: its driver brakes when a command is late, from this speed within 17 ms. But a
+/// planner that sends no command while it replaces a trajectory looks the same at its own driver. So the driver of
+/// another arm must show the stall at the same time. It can: each planner in charge sends a command in each period,
+/// also for an arm at rest. The other planners have no part in the replacement.
+bool is_machine_stalled(const DriverStates::OfArms& arms, bus::Clock::time_point at) {
+  const auto from = at - std::chrono::milliseconds(100);  // until the arm has its speed again
+  const auto to = at + std::chrono::milliseconds(20);     // two periods: states of two drivers are not simultaneous
+  return is_late(arms.at("north"), from, to) && std::any_of(arms.begin(), arms.end(), [&](const auto& arm) {
+           return arm.first != "north" && is_late(arm.second, from, to);
+         });
+}
+
+/// What the states of a driver show from the moment at which a trajectory is replaced.
+struct Replacement {
+  double slowest = 0.0;  ///< while the machine does not stall [rad/s]
+  int judged = 0;   ///< states within half a second of the answer to the later trajectory, without those of a stall
+  int excused = 0;  ///< states of a stall
+};
+
+constexpr double kTurnSpeed = 0.1;  // [rad/s]
+
+/// Replaces a trajectory of `north`, which is at `start`, by one that goes on in the same direction.
+void replace_trajectory(const Cell& cell, RosPeer& peer, int domain, const std::vector<double>& start,
+                        Replacement& replacement) {
+  ActionClient client(peer, "north");
   ASSERT_TRUE(client.wait_available());
-  DriverStates driver(cell_domain_->number(), "three_puma");
-  const auto start = home(cell, "north");
+  DriverStates drivers(domain, "three_puma");
   const auto turn = [&](const std::vector<double>& from, double angle) {
     std::vector<double> delta(from.size(), 0.0);
     delta[0] = angle;
-    return client.ramp(from, delta, angle / kSpeed);
+    return client.ramp(from, delta, angle / kTurnSpeed);
   };
   const auto first = client.send(turn(start, 0.5));
   ASSERT_TRUE(first);
@@ -234,38 +257,51 @@ TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
     });
   };
   ASSERT_TRUE(comes_to(*first, 2));
-  JointStates states(*peer_, "rt/cell/north/joint_states");
-  ASSERT_TRUE(states.next([&](const auto& message) { return message.velocity()[0] > 0.5 * kSpeed; }));
+  JointStates states(peer, "rt/cell/north/joint_states");
+  ASSERT_TRUE(states.next([](const auto& message) { return message.velocity()[0] > 0.5 * kTurnSpeed; }));
   const auto replaced_at = bus::Clock::now();
-  // The second one begins where the arm is then, and goes on in the same direction.
   auto second_goal = turn(cell.arm("north").state(kLong).q, 0.3);
   second_goal.trajectory().points().erase(second_goal.trajectory().points().begin());
   const auto second = client.send(second_goal);
   ASSERT_TRUE(second);
+  const auto answered_at = bus::Clock::now();
   ASSERT_TRUE(comes_to(*second, 1));
-  const auto seen = driver.end();
+  const auto seen = drivers.end();
   EXPECT_GT(states.take().size(), 20U);
-  double slowest = kSpeed;
-  int judged = 0, stalled = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (seen[i].at < replaced_at) continue;
-    if (is_stalled(seen, i)) {
-      ++stalled;
-    } else {
-      ++judged;
-      slowest = std::min(slowest, seen[i].speed);
+  for (const char* arm : {"north", "west", "east"}) ASSERT_TRUE(seen.contains(arm)) << arm;
+  replacement = {kTurnSpeed, 0, 0};
+  for (const DriverStates::Seen& state : seen.at("north")) {
+    if (state.at < replaced_at) continue;
+    if (is_machine_stalled(seen, state.at)) {
+      ++replacement.excused;
+      continue;
     }
+    if (state.at < answered_at + std::chrono::milliseconds(500)) ++replacement.judged;
+    replacement.slowest = std::min(replacement.slowest, state.speed);
   }
-  EXPECT_GT(judged + stalled, 20);
-  EXPECT_GT(slowest, 0.02 * kSpeed) << "rad/s";
-  std::cout << "slowest " << slowest << " rad/s of " << kSpeed << " in " << judged << " states; " << stalled
-            << " after a stall of this machine\n";
+  std::cout << "slowest " << replacement.slowest << " rad/s of " << kTurnSpeed << ", " << replacement.judged
+            << " states judged at the replacement; " << replacement.excused << " after a stall of this machine\n";
   auto result = client.await_result(first_result);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->status(), kAborted);
   EXPECT_EQ(result->result().error_string(), "a later trajectory has replaced this one");
   ASSERT_TRUE((result = client.await_result(*second)));
   EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
+}
+
+// A stall of one process alone shows at no other driver, and comes at times. A stop by the replacement comes each time.
+TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
+  constexpr int kTries = 4;
+  constexpr int kEnough = 20;  // states: of a fifth of a second
+  const Cell cell = connect();
+  Replacement last;
+  const auto goes_on = [&] { return last.judged > kEnough && last.slowest > 0.02 * kTurnSpeed; };
+  for (int i = 0; i < kTries && !goes_on(); ++i) {
+    const auto start = home(cell, "north");
+    ASSERT_NO_FATAL_FAILURE(replace_trajectory(cell, *peer_, cell_domain_->number(), start, last));
+  }
+  EXPECT_GT(last.judged, kEnough) << "states: this machine stalls too often";
+  EXPECT_GT(last.slowest, 0.02 * kTurnSpeed) << "rad/s";
 }
 
 TEST_F(Ros2Cell, StopsTheArmWhenThePlannerRejectsTheTrajectoryThatReplacesAnother) {
