@@ -52,6 +52,7 @@ class RandomMessage {
     value = static_cast<T>(random_.next());
   }
   void draw(double& value) { value = random_number(random_); }
+  void draw(float& value) { value = static_cast<float>(random_number(random_)); }
   void draw(std::string& value) { value = random_text(random_); }
   template <class T>
   void draw(std::vector<T>& items) {

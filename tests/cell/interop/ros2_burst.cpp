@@ -4,12 +4,14 @@
 /// usage: ros2_burst CELL
 ///
 /// It publishes all topics, replies of the services and the action, and the announcements of nodes 200 times a second
-/// in the domain ros2.domain of the cell file, until it is ended.
+/// in the domain ros2.domain of the cell file, until it is ended. A cell leaves many fields of its messages empty: the
+/// topics /random/… have messages of the same types with random values in each field.
 
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -25,6 +27,7 @@
 #include "services/ros2/cell_publisher.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "tests/cell/interop/random_message.hpp"
+#include "tests/cell/interop/ros2_json.hpp"
 
 namespace {
 
@@ -191,7 +194,8 @@ class RandomCell {
   std::uint64_t number_ = 0;
 };
 
-/// The action and the orders of one arm, and announcements of nodes. The replies answer no request.
+/// The action and the orders of one arm, messages of the types that show a cell, and announcements of nodes. The
+/// replies answer no request.
 class RandomAnswers {
  public:
   RandomAnswers(bus::Participant& participant, const std::string& arm)
@@ -202,6 +206,10 @@ class RandomAnswers {
         stop_(participant, ros2::service_of(arm + "/stop", ros2::type::kTrigger), mailbox_),
         feedback_(participant, action_ + "feedback", ros2::type::kTrajectoryFeedback),
         status_(participant, action_ + "status", ros2::type::kGoalStatuses, ros2::Delivery::kLatched),
+        joint_states_(participant, "/random/joint_states", ros2::type::kJointState),
+        transforms_(participant, "/random/transforms", ros2::type::kTransforms),
+        diagnostics_(participant, "/random/diagnostics", ros2::type::kDiagnostics),
+        markers_(participant, "/random/markers", ros2::type::kMarkers),
         jazzy_(participant, announcement_topic("msg")),
         humble_(participant, announcement_topic("humble")) {}
 
@@ -210,13 +218,17 @@ class RandomAnswers {
     reply<ros2::CancelGoalResponse>(cancel_goal_);
     reply<ros2::GetResultResponse>(get_result_);
     reply<ros2::TriggerResponse>(stop_);
-    feedback_.publish(values_.draw<ros2::FeedbackMessage>());
-    status_.publish(values_.draw<ros2::GoalStatusArray>());
-    const ros2::NodeGraph::Node node{test::random_text(random_), test::random_text(random_)};
-    ros2::NodeEndpoints endpoints{{}, {endpoint()}};
-    for (auto* ids : {&endpoints.readers, &endpoints.writers}) {
-      for (int i = test::random_count(random_, 20); i > 0; --i) ids->push_back(endpoint());
-    }
+    feedback_.publish(draw<ros2::FeedbackMessage>());
+    status_.publish(draw<ros2::GoalStatusArray>());
+    joint_states_.publish(draw<ros2::JointState>());
+    transforms_.publish(draw<ros2::TFMessage>());
+    diagnostics_.publish(draw<ros2::DiagnosticArray>());
+    markers_.publish(draw<ros2::MarkerArray>());
+    // Each part of an announcement shows what it is: a namespace begins with a slash, an identifier has its kind.
+    const ros2::NodeGraph::Node node{"/" + test::random_text(random_), "node " + test::random_text(random_)};
+    ros2::NodeEndpoints endpoints{{}, {endpoint(kWriter)}};
+    for (int i = test::random_count(random_, 20); i > 0; --i) endpoints.readers.push_back(endpoint(kReader));
+    for (int i = test::random_count(random_, 20); i > 0; --i) endpoints.writers.push_back(endpoint(kWriter));
     jazzy_.write(ros2::announcement(config::Ros2Distribution::kJazzy, node, endpoints));
     humble_.write(ros2::announcement(config::Ros2Distribution::kHumble, node, endpoints));
   }
@@ -232,16 +244,30 @@ class RandomAnswers {
     topic.plain = true;
     return topic;
   }
-  bus::EndpointId endpoint() {
+  // The last byte of an identifier: RTPS 2.2, section 9.3.1.2.
+  static constexpr std::uint8_t kWriter = 0x03;
+  static constexpr std::uint8_t kReader = 0x04;
+  bus::EndpointId endpoint(std::uint8_t kind) {
     bus::EndpointId id;
     for (auto& byte : id.bytes) byte = static_cast<std::uint8_t>(random_.next());
+    id.bytes.back() = kind;
     return id;
+  }
+  /// Hecaton's decoder must give back each member: ros2_values takes from it what was published.
+  template <class Message>
+  Message draw() {
+    Message message = values_.draw<Message>();
+    const auto again = ros2::decoded<Message>(ros2::encoded(message));
+    if (!again || nlohmann::json(*again) != nlohmann::json(message)) {
+      throw std::runtime_error("a message is decoded to other values: " + nlohmann::json(message).dump());
+    }
+    return message;
   }
   template <class Response>
   void reply(bus::ros2::Server& server) {
-    bus::ros2::RequestId request{endpoint(), static_cast<std::int64_t>(random_.next() >> 1U)};
-    request.client.bytes[15] = 3;  // a writer: the reply waits for no reader of the client
-    server.reply(request, ros2::encoded(values_.draw<Response>()));
+    // A client with a writer's identifier: the reply waits for no reader of the client.
+    const bus::ros2::RequestId request{endpoint(kWriter), static_cast<std::int64_t>(random_.next() >> 1U)};
+    server.reply(request, ros2::encoded(draw<Response>()));
   }
 
   planner::Random random_{2};
@@ -254,6 +280,10 @@ class RandomAnswers {
   bus::ros2::Server stop_;
   ros2::Publisher<ros2::FeedbackMessage> feedback_;
   ros2::Publisher<ros2::GoalStatusArray> status_;
+  ros2::Publisher<ros2::JointState> joint_states_;
+  ros2::Publisher<ros2::TFMessage> transforms_;
+  ros2::Publisher<ros2::DiagnosticArray> diagnostics_;
+  ros2::Publisher<ros2::MarkerArray> markers_;
   bus::ros2::Writer jazzy_;
   bus::ros2::Writer humble_;
 };

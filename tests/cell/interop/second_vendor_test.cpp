@@ -1,5 +1,6 @@
 /// A cell beside a program of another DDS vendor: tests/cell/interop/cyclone_peer.cpp. A third decoder, of npm, reads
-/// the bytes of each message that the program has decoded. Both know messages of ROS 2 by the texts of ROS 2.
+/// the bytes of each message that the program has decoded. Both know messages of ROS 2 by the texts of ROS 2. What they
+/// have read must be what Hecaton has sent: tests/cell/interop/ros2_values.cpp.
 
 #include <cstdlib>
 #include <filesystem>
@@ -67,7 +68,8 @@ class SecondVendor : public testing::Test {
     const char* given = std::getenv("HECATON_MESSAGES");
     return given == nullptr ? usual : given;
   }
-  /// Lets the other vendor's program watch topics in a domain, and returns how a third decoder judges what it has read.
+  /// Lets the other vendor's program watch topics in a domain. Returns how a third decoder judges what it has read, and
+  /// whether it is what Hecaton has sent.
   static void watch(int domain, const std::string& partition, const std::vector<std::string>& topics, Json& judged) {
     const std::string page = kBin + "../services/view/page";
     const std::string node = HECATON_NODE;
@@ -77,24 +79,47 @@ class SecondVendor : public testing::Test {
     words.insert(words.end(), topics.begin(), topics.end());
     Process peer(words);
     ASSERT_EQ(peer.wait(), 0) << peer.err();
-    Process other({node, page + "/test/decode.mjs", samples, HECATON_ROS2_TEXTS, kIdl + "common.idl",
+    const std::string with_own = folder_->path("samples_with_own.jsonl");
+    Process own({kBin + "ros2_values", samples, with_own});
+    ASSERT_EQ(own.wait(), 0) << own.err();
+    Process other({node, page + "/test/decode.mjs", with_own, HECATON_ROS2_TEXTS, kIdl + "common.idl",
                    kIdl + "cause.idl", kIdl + "arm.idl", kIdl + "goal.idl"});
     ASSERT_EQ(other.wait(), 0) << other.err();
     judged = Json::parse(other.out());
     judged["told"] = peer.err();
   }
 
-  /// The only node that the service has announced, as Cyclone DDS has decoded it in the last watch().
-  static Json announced_node() {
+  /// Expects of each topic but the announcements of nodes that all messages were compared with what Hecaton has sent.
+  static void expect_own_values(const Json& judged) {
+    for (const auto& [topic, count] : judged.at("messages").items()) {
+      if (topic.starts_with("ros_discovery_info")) continue;
+      EXPECT_EQ(judged.at("own").value(topic, 0), count) << topic;
+    }
+  }
+  /// Expects that each part of the announcements in the last watch() is what its name says, as Cyclone DDS has decoded
+  /// them. The namespace begins with a slash. Identifiers have the kind that RTPS gives to them (2.2, section 9.3.1.2).
+  /// Returns the nodes of the last announcement.
+  static Json announced_nodes() {
+    constexpr int kParticipant = 0xC1;
+    constexpr int kReaderBit = 0x04;
+    const auto kind = [](const Json& gid) { return gid.at("data").at(15).get<int>(); };
     std::ifstream samples(folder_->path("samples.jsonl"));
+    Json nodes;
     for (std::string line; std::getline(samples, line);) {
       const Json sample = Json::parse(line);
-      if (sample.at("topic") != "ros_discovery_info") continue;
-      const Json& nodes = sample.at("value").at("node_entities_info_seq");
+      if (!sample.at("topic").get<std::string>().starts_with("ros_discovery_info")) continue;
+      EXPECT_EQ(kind(sample.at("value").at("gid")), kParticipant);
+      nodes = sample.at("value").at("node_entities_info_seq");
       EXPECT_EQ(nodes.size(), 1U);
-      return nodes.at(0);
+      for (const Json& node : nodes) {
+        EXPECT_TRUE(node.at("node_namespace").get<std::string>().starts_with("/"));
+        EXPECT_FALSE(node.at("node_name").get<std::string>().starts_with("/"));
+        for (const Json& gid : node.at("reader_gid_seq")) EXPECT_NE(kind(gid) & kReaderBit, 0);
+        for (const Json& gid : node.at("writer_gid_seq")) EXPECT_EQ(kind(gid) & kReaderBit, 0);
+      }
     }
-    throw std::runtime_error("no announcement of nodes was read");
+    if (nodes.empty()) throw std::runtime_error("no announcement of nodes was read");
+    return nodes;
   }
 
   inline static std::unique_ptr<TemporaryFolder> folder_;
@@ -158,7 +183,8 @@ TEST_F(SecondVendor, ReadsTheTopicsOfRos2) {
   EXPECT_GE(judged.at("messages").at("rt/cell/joint_states"), std::stoi(count));
   std::cout << judged.at("messages").dump() << '\n';
   EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
-  const Json node = announced_node();
+  expect_own_values(judged);
+  const Json node = announced_nodes().at(0);
   EXPECT_EQ(node.at("node_name"), "hecaton");
   EXPECT_EQ(node.at("node_namespace"), "/cell");
   EXPECT_GE(node.at("writer_gid_seq").size(), 13U) << "of each topic above";
@@ -214,15 +240,23 @@ TEST_F(SecondVendor, ReadsRandomMessagesOfEachTopicOfRos2) {
   add("rr/" + action + "get_resultReply", type + "GetResult_Response");
   add("rr/" + action + "cancel_goalReply", "action_msgs::srv::CancelGoal_Response");
   add("rr/cell/north/stopReply", "std_srvs::srv::Trigger_Response");
+  add_ros("random/joint_states", "sensor_msgs::msg::JointState");
+  add_ros("random/transforms", "tf2_msgs::msg::TFMessage");
+  add_ros("random/diagnostics", "diagnostic_msgs::msg::DiagnosticArray");
+  add_ros("random/markers", "visualization_msgs::msg::MarkerArray");
   add("ros_discovery_info", "rmw_dds_common::msg::ParticipantEntitiesInfo", "latched");
   add("ros_discovery_info_humble", "rmw_dds_common::humble::ParticipantEntitiesInfo", "latched");
   Json judged;
   watch(domain.number(), "", topics, judged);
+  burst.signal(SIGTERM);
+  EXPECT_EQ(burst.wait(), 128 + SIGTERM) << burst.err();
   if (judged.is_null()) return;
   EXPECT_EQ(judged.at("messages").size(), topics.size());
   for (const auto& [topic, seen] : judged.at("messages").items()) EXPECT_GE(seen, std::stoi(count)) << topic;
   std::cout << judged.at("messages").dump() << '\n';
   EXPECT_EQ(judged.at("differences"), 0) << judged.at("first");
+  expect_own_values(judged);
+  static_cast<void>(announced_nodes());
 }
 
 }  // namespace
