@@ -5,8 +5,8 @@ usage: python_cost.py BUILD [--goals 1000] [--calls 36000] [--minutes 20] [--kil
 
 BUILD is the build folder, such as build/release. The script starts a cell of its own, whose devices are simulated. An hour has
 36,000 calls for each arm, as of a program that reads states ten times a second. Then a program uses the cell for MINUTES of the
-clock: states and progress ten times a second, and each second goals or trajectories, obstacle edits and the status. At last the
-script kills the only planner of an arm and sends a trajectory at once. It measures the time until the next planner answers.
+clock: states and progress ten times a second, and each second goals or trajectories, obstacle edits and the status. Then it takes
+the time of single calls, and client-cost that of the same calls in C++: their ratio is what Python adds. At last the script kills the only planner of an arm and sends a trajectory at once. It measures the time until the next planner answers.
 """
 import argparse
 import collections
@@ -30,14 +30,33 @@ def prepare(build):
     sys.path[:0] = [str(build / "python"), str(ROOT / "tests/cell/python")]
 
 
-def cost(name, calls, call):
+def cost(calls, call):
+    """Median and 99th percentile of the time of a call [µs]."""
     took = []
     for _ in range(calls):
         begin = time.perf_counter()
         call()
         took.append(1e6 * (time.perf_counter() - begin))
     took.sort()
-    print(f"{name}: median {took[len(took) // 2]:.1f} µs, p99 {took[len(took) * 99 // 100]:.1f} µs", flush=True)
+    return took[len(took) // 2], took[len(took) * 99 // 100]
+
+
+def cost_in_cpp(programs, file, domain, arm):
+    """The same for each name of a call, by a program in C++."""
+    done = subprocess.run([programs / "client-cost", file, str(domain), arm], check=True, stdout=subprocess.PIPE, text=True)
+    lines = [line.split() for line in done.stdout.splitlines()]
+    return {name: (float(median), float(p99)) for name, median, p99 in lines}
+
+
+def compare_calls(cell, arm, q, programs, file, domain):
+    goal = arm.go_to(q)
+    goal.wait(120)
+    python = {"arm.state()": cost(5000, arm.state), "goal.progress": cost(5000, lambda: goal.progress),
+              "arm.go_to(q)": cost(100, lambda: arm.go_to(q)), "cell.status()": cost(100, lambda: cell.status(60))}
+    cpp = cost_in_cpp(programs, file, domain, arm.name)
+    for name, (median, p99) in python.items():
+        print(f"{name}: median {median:.1f} µs, p99 {p99:.1f} µs; in C++ {cpp[name][0]:.1f} µs, {cpp[name][1]:.1f} µs; "
+              f"ratio of the medians {median / cpp[name][0]:.2f}", flush=True)
 
 
 def edit(make):
@@ -153,13 +172,9 @@ def main():
                 print(f"{options.calls * len(arms)} states in {time.perf_counter() - begin:.0f} s: resident {before:.1f} MB, then "
                       f"{resident_megabytes():.1f} MB", flush=True)
                 use(cell, arms, poses, 60 * options.minutes)
-                goal = arms[0].go_to(poses[0])
-                goal.wait(120)
-                cost("arm.state()", 5000, arms[0].state)
-                cost("goal.progress", 5000, lambda: goal.progress)
-                cost("arm.go_to(q)", 100, lambda: arms[0].go_to(poses[0]))
-                cost("cell.status()", 100, lambda: cell.status(60))
-                answers = [seconds_to_answer(cell, arms[i % len(arms)], options.build.resolve() / "bin", domain.number)
+                programs = options.build.resolve() / "bin"
+                compare_calls(cell, arms[0], poses[0], programs, file, domain.number)
+                answers = [seconds_to_answer(cell, arms[i % len(arms)], programs, domain.number)
                            for i in range(options.kills)]
                 print(f"answers after a killed planner [s]: {sorted(answers)}")
         finally:
