@@ -74,7 +74,7 @@ DeviceSession::~DeviceSession() {
 void DeviceSession::read(Clock::time_point now, bool may_move) {
   if (now_ == Clock::time_point()) retry_at_ = measured_at_ = now;
   now_ = now;
-  if (!configured()) return;
+  if (!configured()) return go_on_stopping();
   take(device_.read(now));
   if (const auto reason = unusable_state()) return fail(*reason);
   const bool ready = state_.mode == DeviceMode::kReady;
@@ -122,11 +122,22 @@ bool DeviceSession::configured() {
   if (phase_ != Phase::kUnconfigured) return true;
   if (now_ < retry_at_) return false;
   if (const auto failure = device_.configure()) {
+    stops_ = false;
     fail(failure->text);
     return false;
   }
   phase_ = Phase::kInactive;
   return true;
+}
+
+// A device may brake its arm in read(). Its errors are known already; other arms avoid this one by what it measures.
+void DeviceSession::go_on_stopping() {
+  if (!stops_) return;
+  device::DeviceState state = device_.read(now_);
+  const auto& [q, qd] = state.measured;
+  if (q.size() != setup_.joints || qd.size() != setup_.joints || !q.allFinite() || !qd.allFinite()) return;
+  measured_at_ = now_ - state.age;
+  state_.measured = std::move(state.measured);
 }
 
 // Why the arm must not be moved on this state; empty when it may be.
@@ -148,6 +159,7 @@ std::optional<std::string> DeviceSession::unusable_state() const {
 
 void DeviceSession::fail(const std::string& text) {
   must_be_resumed_ = must_be_resumed_ || phase_ == Phase::kActive || phase_ == Phase::kActivating;
+  stops_ = stops_ || phase_ != Phase::kUnconfigured;
   device_.stop(text);
   state_.mode = DeviceMode::kFailed;
   state_.text = must_be_resumed_ ? with_resume(text, setup_.arm) : text;

@@ -19,9 +19,9 @@ struct DeviceSessionSetup {
 /// Why an arm that others move follows no commands.
 [[nodiscard]] msg::Cause observed_cause(const std::string& arm);
 
-/// Configures a device, activates it when the arm may move, and configures it again after a failure. When a device
-/// stops following, the session latches: it does not activate the device again before release() was called. For one
-/// thread.
+/// Configures a device, activates it when the arm may move, and configures it again after a failure; until then it
+/// reads on, so that the device can stop its arm. When a device stops following, the session latches: it does not
+/// activate the device again before release() was called. For one thread.
 class DeviceSession {
  public:
   using Clock = device::Clock;
@@ -65,6 +65,7 @@ class DeviceSession {
   };
 
   [[nodiscard]] bool configured();
+  void go_on_stopping();
   void take(device::DeviceState state);
   [[nodiscard]] std::optional<std::string> unusable_state() const;
   void fail(const std::string& text);
@@ -80,6 +81,7 @@ class DeviceSession {
   std::optional<msg::Cause> latched_;
   Clock::time_point latched_at_;
   bool must_be_resumed_ = false;   ///< it has stopped following, and has not followed since
+  bool stops_ = false;             ///< the device has failed after configure(), and stops its arm in read()
   bool observed_ = false;          ///< others move the arm
   Clock::time_point now_;          ///< of the last read()
   Clock::time_point measured_at_;  ///< of the measured state

@@ -10,7 +10,8 @@
 ///
 /// The driver activates a device only while nothing holds the arm. When an active device is no longer ready, the driver
 /// calls deactivate(), continues to read, and holds the arm until a person resumes it; then it activates the device
-/// again. After a failure of any call the driver calls stop(), deactivate() and, a second later, configure() again.
+/// again. After a failure of any call the driver calls stop(), deactivate() and, a second later, configure() again. In
+/// that second it still calls read() in each period, so that a device can go on with its stop, and ignores its modes.
 
 #include <chrono>
 #include <cstddef>
@@ -97,7 +98,8 @@ class ArmDevice {
  public:
   virtual ~ArmDevice() = default;
 
-  /// Opens connections and reads the controller's own data. Nothing moves. May be called again after a failure.
+  /// Opens connections and reads the controller's own data. Nothing moves. May be called again after a failure; a stop
+  /// that is under way then goes on.
   [[nodiscard]] virtual DeviceResult configure() = 0;
 
   /// The device shall follow set-points from now on. Called only when the last state was kReady. The device may need

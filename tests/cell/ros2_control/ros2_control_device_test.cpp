@@ -20,6 +20,9 @@ using namespace std::chrono_literals;
 
 constexpr auto kPeriod = 4ms;
 constexpr auto kSilence = 1000ms;  // a busy machine may stop the simulated controller for some time
+/// From the failure of the device until its arm stands, at 0.5 rad/s [rad]: the lookahead of an action and the lag of
+/// the servos (0.115), the stop profile (0.021), and some periods that a busy machine delays.
+constexpr double kStopWay = 0.25;
 
 class Ros2ControlDevice : public test::DrivenRobot<testing::TestWithParam<std::string>> {
  protected:
@@ -150,8 +153,10 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenJointStatesCease) {
   move();
   robot_->order("silence on");
   ASSERT_TRUE(until([this] { return session_->failed(); }));
+  const double failed_at = robot_q()[0];
   EXPECT_TRUE(says("no state of the arm on topic /cell/joint_states")) << text();
   ASSERT_TRUE(until([this] { return stands(); }));
+  EXPECT_LT(robot_q()[0] - failed_at, kStopWay);
   robot_->order("silence off");
   resumes(msg::CauseKind::CAUSE_DEVICE_FAILED);
 }

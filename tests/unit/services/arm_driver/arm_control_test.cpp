@@ -46,11 +46,12 @@ class FaultyArm final : public device::ArmDevice {
     return arm_->activate();
   }
   device::DeviceState read(Clock::time_point now) override {
+    ++reads;
     device::DeviceState state = arm_->read(now);
     state.mode = mode;
     state.text = text;
     state.age = age;
-    if (trembles > 0.0) state.measured.qd[0] += trembles * (++reads_ % 2 == 0 ? 1.0 : -1.0);
+    if (trembles > 0.0) state.measured.qd[0] += trembles * (reads % 2 == 0 ? 1.0 : -1.0);
     if (measures_nan) state.measured.qd[0] = NAN;
     if (sticks) state.measured = measured.measured;
     return measured = state;
@@ -86,13 +87,13 @@ class FaultyArm final : public device::ArmDevice {
   bool first_write = false;
   double first_set_point = NAN;
   int configured = 0;
+  int reads = 0;
   std::string stopped_for;
   device::DeviceState measured;
   planner::JointState written;
 
  private:
   std::unique_ptr<ArmDevice> arm_;
-  int reads_ = 0;
 };
 
 class ArmControlTest : public testing::Test {
@@ -277,6 +278,37 @@ TEST_F(ArmControlTest, ReportsAFailedDeviceAndHoldsTheArm) {
   for (int k = 0; k < 10; ++k) plan();
   EXPECT_EQ(last_.verdict, Verdict::kAccepted) << "the command is accepted, but the arm stands";
   EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+}
+
+// From 0.5 rad/s with 10 rad/s² it goes 12.5 mrad further.
+TEST_F(ArmControlTest, LetsAFailedDeviceStopItsArm) {
+  run();
+  device_.mode = DeviceMode::kFailed;
+  device_.text = "no joint states";
+  period();
+  const double before = q();
+  wait(0.1);
+  EXPECT_EQ(device_.configured, 1) << "it is configured again only later";
+  EXPECT_EQ(device_.measured.measured.qd[0], 0.0) << "it brakes in read()";
+  EXPECT_NEAR(q(), before + 0.0125, 0.0015) << "other arms learn where it is";
+  EXPECT_EQ(control_.mode(), ArmMode::ARM_FAILED);
+  EXPECT_EQ(text(), "no joint states; once it works again, call 'hecaton resume arm1'");
+}
+
+TEST_F(ArmControlTest, ReadsNoDeviceThatIsNotConfigured) {
+  device_.configure_fails = device::DeviceFailure{"no such address"};
+  wait(0.1);
+  EXPECT_EQ(device_.reads, 0);
+  device_.configure_fails.reset();
+  wait(1.0);
+  run();
+  device_.configure_fails = device::DeviceFailure{"no such address"};
+  device_.mode = DeviceMode::kFailed;
+  period();
+  wait(1.1);
+  const int before = device_.reads;
+  wait(0.1);
+  EXPECT_EQ(device_.reads, before) << "it cannot be reached any more";
 }
 
 TEST_F(ArmControlTest, StartsARecoveredDeviceAtTheMeasuredPosition) {
