@@ -16,9 +16,12 @@ namespace {
 constexpr std::int32_t kSetPoint = 1;
 constexpr std::int32_t kEnd = 2;
 constexpr double kMicro = 1e6;
+/// The servo follows with the lag of lookahead_time: after this many of it, 5 % of a distance are left.
+constexpr double kLags = 3.0;
 
 // The thread calls servoj in each cycle of the robot, so that packets may come early, late or in pairs. After a gap it
-// catches up at twice the velocity limits. Where set-points cease, all joints stop together as in stop_profile.hpp.
+// catches up at twice the velocity limits. Where set-points cease, or the program ends, all joints stop together as in
+// stop_profile.hpp. The thread goes on until the reference has been at rest for @SETTLE@ s: the servo has arrived then.
 constexpr std::string_view kProgram = R"(def hecaton():
   global period = get_steptime()
   global limit = @VELOCITY@
@@ -36,8 +39,9 @@ constexpr std::string_view kProgram = R"(def hecaton():
     local need = 0.0
     local slower = 1.0
     local stop = 0.0
+    local rest = 0.0
     local reference = target
-    while follows:
+    while follows or rest < @SETTLE@:
       enter_critical
       silence = silence + period
       if silence > 1.5 * period:
@@ -64,6 +68,7 @@ constexpr std::string_view kProgram = R"(def hecaton():
           axis = axis + 1
         end
       end
+      rest = rest + period
       axis = 0
       while axis < 6:
         change = 2.0 * limit[axis] * period
@@ -73,13 +78,16 @@ constexpr std::string_view kProgram = R"(def hecaton():
         elif gap < 0.0 - change:
           gap = 0.0 - change
         end
+        if speed[axis] != 0.0 or gap > 0.000001 or gap < 0.0 - 0.000001:
+          rest = 0.0
+        end
         reference[axis] = reference[axis] + gap
         axis = axis + 1
       end
       exit_critical
       servoj(reference, 0, 0, period, @LOOKAHEAD@, @GAIN@)
     end
-    stopj(4.0)
+    stopj(@STOP@)
   end
 
   if socket_open("@ADDRESS@", @PORT@, "hecaton"):
@@ -126,7 +134,10 @@ constexpr std::string_view kProgram = R"(def hecaton():
       end
     end
     if follows:
+      enter_critical
+      valid = 0.0
       follows = False
+      exit_critical
       join servo_thread
     end
     socket_close("hecaton")
@@ -179,6 +190,8 @@ std::string program_text(const ProgramSetup& setup) {
                                     {"@PORT@", std::to_string(setup.port)},
                                     {"@LOOKAHEAD@", number(setup.lookahead_time)},
                                     {"@GAIN@", number(setup.gain)},
+                                    {"@SETTLE@", number(kLags * setup.lookahead_time)},
+                                    {"@STOP@", number(setup.acceleration.minCoeff())},
                                     {"@VELOCITY@", list(setup.velocity)},
                                     {"@ACCELERATION@", list(setup.acceleration)}}) {
     replace(text, word, value);

@@ -9,8 +9,9 @@
 ///     3 … 8    q
 ///     9 … 14   qd
 ///
-/// Between packets the program extrapolates with qd. It ends, and stops the arm with stopj, when packets cease, when
-/// the connection closes, and when a set-point is farther from the last one than the arm can move meanwhile.
+/// Between packets the program extrapolates with qd. It stops the arm on the stop profile of its limits, and ends, when
+/// packets cease, when the connection closes, on the packet 2, and when a set-point is farther from the last one than
+/// the arm can move meanwhile.
 
 #include <chrono>
 #include <string>

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "planner/model/robot_model.hpp"
+#include "planner/trajectory/stop_profile.hpp"
 #include "services/arm_driver/devices/duration_text.hpp"
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
 #include "services/arm_driver/devices/universal_robots/io_ports.hpp"
@@ -27,7 +28,8 @@ constexpr int kJoints = 6;
 constexpr std::chrono::seconds kProgramStart{5};
 /// The robot's state says why a program has ended, at the latest this long after its connection has closed.
 constexpr std::chrono::milliseconds kExplanation{50};
-/// A program that the driver has ended needs less time to stop the arm. One that plays longer is another one.
+/// A program that the driver has ended stops the arm, and needs less time beside that. One that plays longer is another
+/// one.
 constexpr std::chrono::seconds kOtherProgram{2};
 constexpr std::chrono::seconds kRemoteControlPeriod{1};
 constexpr std::string_view kAskModel = "get robot model";
@@ -53,6 +55,8 @@ class UniversalRobotsArm final : public ArmDevice {
   UniversalRobotsArm(const DeviceSetup& setup, Options options)
       : arm_(setup.arm),
         limits_(setup.limits),
+        longest_end_(kOtherProgram + std::chrono::duration_cast<Clock::duration>(
+                                         std::chrono::duration<double>(planner::longest_stop_time(setup.limits)))),
         options_(std::move(options)),
         ports_(ports_of(setup)),
         rtde_({options_.robot_ip, 1.0 / std::chrono::duration<double>(setup.period).count(), options_.speed_slider,
@@ -274,7 +278,7 @@ class UniversalRobotsArm final : public ArmDevice {
     switch (program_.phase) {
       case Program::Phase::kNone:
         if (!plays()) return {};
-        if (now_ - program_.plays_since.value_or(now_) < kOtherProgram) {
+        if (now_ - program_.plays_since.value_or(now_) < longest_end_) {
           return {DeviceMode::kStarting, "waits for the end of a program"};
         }
         return {DeviceMode::kNotReady,
@@ -416,6 +420,7 @@ class UniversalRobotsArm final : public ArmDevice {
 
   std::string arm_;
   JointLimits limits_;
+  Clock::duration longest_end_;  ///< of a program that the driver has ended
   Options options_;
   std::vector<IoPort> ports_;  ///< of the signals
   RtdeClient rtde_;

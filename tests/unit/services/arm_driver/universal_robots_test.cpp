@@ -112,6 +112,53 @@ TEST_F(UniversalRobotsTest, StopsTheRobotWhenSetPointsCease) {
   EXPECT_NEAR(robot_->state().at("q")[1].get<double>() - q_[1], kSecondJoint * beyond, 1e-3);
 }
 
+// An arm without a driver counts as braking with the acceleration of the cell file.
+class UniversalRobotsEnd : public UniversalRobotsTest {
+ protected:
+  static constexpr double kFast = 2.5;  // [rad/s]
+
+  /// The arm is fast when the driver's connection to the program ends.
+  void stops_after(const std::function<void()>& end) {
+    begin();
+    run();
+    velocity_ = kFast;
+    const double from = q_[0];
+    ASSERT_TRUE(until([&] { return session_->state().measured.q[0] > from + 0.5; })) << text();
+    ASSERT_GT(robot_->state().at("fastest").get<double>(), 0.9 * kFast);
+    period();  // the set-point is new
+    end();
+    ASSERT_TRUE(until_stands()) << robot_->state();
+    // Valid for 12 ms, then from 2.5 rad/s with 10 rad/s². The servo lags, and never passes the set-points.
+    const double beyond = robot_->state().at("q")[0].get<double>() - q_[0];
+    EXPECT_LT(beyond, kFast * 0.016 + kFast * kFast / 20.0);
+    EXPECT_GT(beyond, 0.8 * kFast * kFast / 20.0) << "no joint brakes harder than its limit";
+    EXPECT_NEAR(robot_->state().at("q")[1].get<double>() - q_[1], kSecondJoint * beyond, 2e-3) << "a straight line";
+    EXPECT_EQ(robot_->state().at("messages").size(), messages_) << robot_->state();
+  }
+  bool until_stands() {
+    for (const auto end = Clock::now() + 60s; Clock::now() < end;) {
+      const auto state = robot_->state();
+      if (stands() && state.at("runtime_state") == kStopped) return true;
+      std::this_thread::sleep_for(10ms);  // the simulated controller announces nothing
+    }
+    return false;
+  }
+  static constexpr int kStopped = 1;
+  std::size_t messages_ = 0;  ///< of the program
+};
+
+TEST_F(UniversalRobotsEnd, StopsOnTheStopProfileWhenItsConnectionCloses) {
+  messages_ = 1;  // set-points ceased
+  stops_after([this] { robot_->order("drop_connections hecaton"); });
+}
+
+TEST_F(UniversalRobotsEnd, StopsOnTheStopProfileWhenTheDriverEnds) {
+  stops_after([this] {
+    session_.reset();
+    device_.reset();
+  });
+}
+
 TEST_F(UniversalRobotsTest, ProtectiveStopNeedsAnUnlockAndAResume) {
   begin({"--unlock-after", "1"});
   move();
