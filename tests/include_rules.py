@@ -62,7 +62,7 @@ ALLOWED = {
 SERVICE = ["idl", "services/bus", "services/config", "services/runtime", "services/security"]
 BESIDE = {
     "agent": ["planner/model", "services/arm_driver", "services/arm_driver/devices"],
-    "supervisor": ["services/messages", "planner/trajectory"],
+    "supervisor": ["services/arm_driver", "services/messages", "planner/trajectory"],
     "arm_driver": ["services/messages", "services/arm_driver/devices", "planner/simulation", "planner/collision", "planner/model", "planner/trajectory",
                    "world/model"],
     "view": ["services/client", "services/messages", "services/ros2_messages", "services/view/foxglove", "planner", "planner/collision", "planner/local", "planner/model", "world/model"],

@@ -225,6 +225,20 @@ std::vector<planner::ServoParameters> simulated_servos(const config::CellFile& f
   return servos;
 }
 
+std::vector<bool> stop_without_driver(const config::CellFile& file, std::span<const device::DeviceType> types) {
+  std::vector<bool> stop(file.devices.size(), false);
+  for (int arm = 0; arm < static_cast<int>(stop.size()); ++arm) {
+    const config::DeviceOptions& wanted = file.devices[arm];
+    if (starts_observed(wanted) || wanted.values.contains(kPlugin)) continue;
+    try {
+      const device::DeviceType& type = type_of(file, arm, types);
+      stop[arm] = type.goes_on == nullptr || !type.goes_on(setup_of(file, arm, {}));
+    } catch (const std::runtime_error&) {  // the driver says why it cannot start
+    }
+  }
+  return stop;
+}
+
 std::vector<device::SignalKind> signal_kinds(const config::CellFile& file, int arm,
                                              std::span<const device::DeviceType> types) {
   std::vector<device::SignalKind> kinds;

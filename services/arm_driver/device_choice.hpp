@@ -35,6 +35,11 @@ void require_known_devices(const config::CellFile& file,
 /// it has another one. Throws as make_device().
 [[nodiscard]] std::vector<planner::ServoParameters> simulated_servos(const config::CellFile& file);
 
+/// Of each arm: its controller stops it when its driver's process or host fails, see DeviceType::goes_on. False of an
+/// observed arm, of a plug-in, which is not loaded, and where require_known_devices() refuses the device.
+[[nodiscard]] std::vector<bool> stop_without_driver(const config::CellFile& file,
+                                                    std::span<const device::DeviceType> types = device::device_types());
+
 /// The kinds of the arm's signals, in their order. Throws ConfigError for a port that the device does not have.
 [[nodiscard]] std::vector<device::SignalKind> signal_kinds(
     const config::CellFile& file, int arm, std::span<const device::DeviceType> types = device::device_types());

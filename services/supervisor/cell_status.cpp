@@ -255,10 +255,13 @@ std::optional<std::string> stands_without_reason(const std::string& arm, const F
   }
 }
 
-std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& detector,
-                                    const CellSnapshot& snapshot, bus::Clock::time_point now) {
+std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const std::vector<bool>& stop_without_driver,
+                                    const FaultDetector& detector, const CellSnapshot& snapshot,
+                                    bus::Clock::time_point now) {
   std::vector<msg::LostArm> lost;
-  for (const planner::PlannedArm& planned : file.cell.arms) {
+  for (std::size_t i = 0; i < file.cell.arms.size(); ++i) {
+    if (!stop_without_driver[i]) continue;
+    const planner::PlannedArm& planned = file.cell.arms[i];
     const DriverLoss loss = detector.loss_of_driver(planned.arm.name);
     const auto* last = find(snapshot.arms, planned.arm.name);
     if (loss == DriverLoss::kNone || !last) continue;

@@ -34,8 +34,10 @@ struct StatusSource {
                                                                const CellSnapshot& snapshot);
 
 /// Lost arms that are at rest by now: other arms plan around them. No reader then has to compute the time since the
-/// loss.
-[[nodiscard]] std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const FaultDetector& detector,
-                                                  const CellSnapshot& snapshot, bus::Clock::time_point now);
+/// loss. `stop_without_driver`: of each arm of `file`; one that its controller does not stop is never listed.
+[[nodiscard]] std::vector<msg::LostArm> lost_arms(const config::CellFile& file,
+                                                  const std::vector<bool>& stop_without_driver,
+                                                  const FaultDetector& detector, const CellSnapshot& snapshot,
+                                                  bus::Clock::time_point now);
 
 }  // namespace hecaton::services

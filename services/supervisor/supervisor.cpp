@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "services/arm_driver/device_choice.hpp"
 #include "services/runtime/join.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/periodic_loop.hpp"
@@ -86,6 +87,7 @@ Supervisor::Connection::Connection(const config::CellFile& file, const ServiceOp
 
 Supervisor::Supervisor(const config::CellFile& file, const ServiceOptions& options, ShutdownSignal& shutdown)
     : file_(file),
+      stop_without_driver_(stop_without_driver(file)),
       place_(place_of(file, options)),
       shutdown_(shutdown),
       turns_{bus::Clock::now(), bus::Clock::now()},
@@ -250,7 +252,7 @@ void Supervisor::judge() {
 void Supervisor::publish_mode(bus::Clock::time_point now) {
   msg::CellMode decided = mode_message(detector_.mode(), planners_.failover(), place_.node);
   decided.term(leadership_.term());
-  decided.lost_arms(lost_arms(file_, detector_, snapshot_, now));
+  decided.lost_arms(lost_arms(file_, stop_without_driver_, detector_, snapshot_, now));
   auto mode = publisher_.next(std::move(decided), now);
   if (!mode) return;
   replicator_.before_publish(replicated(), *mode);

@@ -133,6 +133,7 @@ class Supervisor {
   [[nodiscard]] PlannerAssignment::Cell assigned();
 
   const config::CellFile& file_;
+  std::vector<bool> stop_without_driver_;  ///< each arm
   SupervisorPlace place_;
   ShutdownSignal& shutdown_;
   Turns turns_;

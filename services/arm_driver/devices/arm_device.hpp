@@ -231,6 +231,9 @@ struct DeviceType {
   std::optional<SignalKind> (*signal)(std::string_view port) = nullptr;
   std::string_view signal_ports{};  ///< for messages: "digital_input 0 to 7 or digital_output 0 to 7"
   bool moves_outside = false;       ///< move_outside() works for fingers
+  /// True: the arm moves on when the driver's process or host fails, because its controller does not stop it. Null: its
+  /// controller does. Throws as make.
+  bool (*goes_on)(const DeviceSetup& setup) = nullptr;
 };
 
 /// The kinds of devices of this program.

@@ -411,6 +411,10 @@ std::vector<Claim> ros2_control_claims(const DeviceSetup& setup) {
   return claims;
 }
 
+bool ros2_control_goes_on(const DeviceSetup& setup) {
+  return ros2_control::read_options(setup).interface == ros2_control::Interface::kVelocity;
+}
+
 std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& /*model*/) {
   const ros2_control::Options options = ros2_control::read_options(setup);
   using ros2_control::Interface;

@@ -13,6 +13,8 @@ namespace hecaton::device {
 [[nodiscard]] std::unique_ptr<ArmDevice> make_ros2_control_arm(const DeviceSetup& setup);
 /// Its controller moves one arm.
 [[nodiscard]] std::vector<Claim> ros2_control_claims(const DeviceSetup& setup);
+/// True of a velocity controller: it keeps the last velocity.
+[[nodiscard]] bool ros2_control_goes_on(const DeviceSetup& setup);
 /// Names the topics and joints, and says what stops the arm when the driver dies.
 [[nodiscard]] std::vector<std::string> ros2_control_notes(const DeviceSetup& setup, const planner::RobotModel& model);
 

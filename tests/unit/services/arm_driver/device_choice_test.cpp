@@ -243,6 +243,24 @@ TEST(DeviceChoice, GivesTheDeviceTheForcesOfTheArmInItsPlace) {
 
 const std::string kPlugins = HECATON_PLUGINS;
 
+// Other arms plan around a lost arm only where it is at rest.
+TEST(DeviceChoice, KnowsWhichArmsStopWithoutTheirDriver) {
+  const auto stops = [](const std::string& device) {
+    return stop_without_driver(cell(device.empty() ? device : "    device: {type: " + device + "}\n")).at(0);
+  };
+  EXPECT_TRUE(stops(""));
+  EXPECT_TRUE(stops("universal_robots, robot_ip: 192.168.0.10"));
+  EXPECT_TRUE(stops("abb_egm"));
+  EXPECT_TRUE(stops("program"));
+  for (const char* interface : {"position", "trajectory", "action"}) {
+    EXPECT_TRUE(stops(std::string("ros2_control, interface: ") + interface)) << interface;
+  }
+  EXPECT_FALSE(stops("ros2_control, interface: velocity"));
+  EXPECT_FALSE(stops("observed, source: simulated")) << "others may move it";
+  EXPECT_FALSE(stops("serial, plugin: /nowhere/libarm.so, port: can0")) << "not known, and nothing is loaded";
+  EXPECT_FALSE(stops("ros2_control, interface: effort")) << "not known";
+}
+
 std::string plugin_device(const std::string& type, const std::string& plugin) {
   return "    device: {type: " + type + ", plugin: " + plugin + ", port: can0}\n";
 }
@@ -270,7 +288,7 @@ TEST(DeviceChoice, RefusesAPluginThatCannotBeUsed) {
   const std::string other = refusal(plugin_device("serial", kPlugins + "/other_interface.so"));
   EXPECT_TRUE(other.starts_with("arms[0].device.plugin = " + kPlugins +
                                 "/other_interface.so was built for another program: it has 'interface 0', this one has "
-                                "'interface 5, Eigen "))
+                                "'interface 6, Eigen "))
       << other;
   EXPECT_EQ(refusal(plugin_device("simulated", kPlugins + "/two_types.so")),
             "arms[0].device.type = simulated must be serial, can_bus or observed: its plug-in " + kPlugins +

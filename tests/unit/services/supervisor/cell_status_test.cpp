@@ -421,6 +421,24 @@ TEST_F(CellStatusTest, NamesADriverThatRefusesItsPlanner) {
   EXPECT_FALSE(refuses(msg::CauseKind::CAUSE_COMMAND_REFUSED));
 }
 
+// The cell learns of the end at once, and both arms have been last heard at rest.
+TEST_F(CellStatusTest, ListsOnlyLostArmsThatTheirControllersStop) {
+  const auto lost = [this](std::vector<bool> stop_without_driver) {
+    std::vector<std::string> names;
+    for (const msg::LostArm& arm : lost_arms(file_, stop_without_driver, watch_, snapshot_, at())) {
+      names.push_back(arm.arm());
+    }
+    return names;
+  };
+  for (const auto* arm : {"left", "right"}) watch_.process_exited(driver_node(arm), {1, -1, 9, false});
+  watch_.judge(now_);
+  EXPECT_TRUE(lost({true, true}).empty()) << "they may still brake";
+  turn(2s);
+  EXPECT_EQ(lost({true, true}), (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(lost({true, false}), std::vector<std::string>{"left"});
+  EXPECT_TRUE(lost({false, false}).empty());
+}
+
 class StandbyStatus : public CellStatusTest {
  protected:
   StandbyStatus() { failover_ = PlannerFailover({{"left", {"planner/left", "planner/left@beta"}}}); }
