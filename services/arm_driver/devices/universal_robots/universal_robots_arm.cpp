@@ -443,11 +443,12 @@ class UniversalRobotsArm final : public ArmDevice {
 bool is_calibrated(const planner::RobotModel& model) {
   constexpr double kTurned = 2e-5;  // [rad]; descriptions round 90° to 1.5708
   for (const planner::Link& link : model.links) {
-    if (link.joint < 0) continue;
+    if (link.joint < 1) continue;
     const Eigen::Matrix3d R = link.X_PJ.linear();
     for (const double entry : R.reshaped()) {
       if (std::abs(entry) > kTurned && std::abs(std::abs(entry) - 1.0) > kTurned) return true;
     }
+/// The frame of the first joint has also the mount of the robot, which may be tilted.
   }
   return false;
 }

@@ -1,7 +1,9 @@
 // The device of Universal Robots against the controller of tests/robots/ur_controller.py, without a cell.
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <random>
 #include <thread>
 
@@ -11,7 +13,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "planner/model/fixed_links.hpp"
 #include "planner/model/robot_model.hpp"
+#include "planner/model/urdf_loader.hpp"
 #include "services/arm_driver/device_session.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
 #include "services/arm_driver/devices/universal_robots/robot_state.hpp"
@@ -21,6 +25,7 @@
 #include "services/arm_driver/devices/universal_robots/tcp.hpp"
 #include "services/arm_driver/devices/universal_robots/universal_robots_arm.hpp"
 #include "tests/support/driven_robot.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -507,13 +512,12 @@ TEST(UniversalRobots, ComparesModelsOfEachSeries) {
 
 TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
   planner::RobotModel model;
-  model.links.resize(1);
-  model.links[0].joint = 0;
-  model.links[0].X_PJ = planner::Pose::Identity();
+  model.links.resize(2);
+  for (int joint = 0; joint < 2; ++joint) model.links[joint].joint = joint;
   const auto notes = [&] { return universal_robots_notes(setup_for("192.168.0.10", {{"model", "ur5e"}}), model); };
   ASSERT_EQ(notes().size(), 2U);
   EXPECT_NE(notes()[0].find("without the calibration of this robot"), std::string::npos) << notes()[0];
-  model.links[0].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
+  model.links[1].X_PJ.rotate(Eigen::AngleAxisd(1e-3, Eigen::Vector3d::UnitX()));
   EXPECT_EQ(notes().size(), 1U) << "a calibration turns the frames by a little";
   EXPECT_EQ(universal_robots_notes(setup_for("192.168.0.10"), model).front(),
             "arm north: its description does not name a model of Universal Robots, so that a wrong robot is not found; "
@@ -550,6 +554,24 @@ TEST(UniversalRobots, SaysForEachSafetyModeWhatAPersonDoes) {
       {9, DeviceMode::kNotReady, fault},
       {10, DeviceMode::kNotReady, not_ready},
       {11, DeviceMode::kNotReady, not_ready},
+// Where a robot has many links, the mount is a part of the first joint's frame.
+TEST(UniversalRobots, CountsATiltedMountAsNoCalibration) {
+  const test::TemporaryFolder folder;
+  std::ifstream file(HECATON_SOURCE_DIR "/deploy/robots/ur5e.urdf");
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string base = "<link name=\"base_link\">";
+  ASSERT_NE(text.find(base), std::string::npos);
+  text.insert(text.find(base),
+              "<link name='floor'/><joint name='mount' type='fixed'><parent link='floor'/><child link='base_link'/>"
+              "<origin rpy='0.785398163397 0 0'/></joint>");
+  planner::RobotModel model = *planner::load_urdf(folder.write("mounted.urdf", text));
+  planner::merge_fixed_links(static_cast<int>(model.links.size()) - 1, model);
+  ASSERT_EQ(model.links[1].joint, 0);
+  ASSERT_NEAR(model.links[1].X_PJ.linear()(1, 1), std::sqrt(0.5), 1e-9);
+  EXPECT_NE(universal_robots_notes(setup_for("192.168.0.10"), model).front().find("without the calibration"),
+            std::string::npos);
+}
+
       {12, DeviceMode::kSafeguardStop, "safeguard stop of the automatic mode" + clear},
       {13, DeviceMode::kSafeguardStop, "an enabling device " + enabling},
       {14, DeviceMode::kSafeguardStop, "an enabling device of the teach pendant " + enabling},
