@@ -2,7 +2,8 @@
 """Simulates the controller of a Universal Robots arm on the network: RTDE, primary and secondary port, dashboard. It runs the
 programs that it gets.
 
-usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--off] [--unlock-after SECONDS]
+usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--off] [--boots-never]
+                        [--unlock-after SECONDS]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no PolyScope: dynamics are those of a
 position servo, and of URScript it knows what tests/robots/urscript.py knows. Tests give orders on port 30999, a line each, and get a
@@ -146,6 +147,7 @@ class Controller:
         self.rtde, self.primaries = [], []
         self.jumps = dict(JUMPS)
         self.programs, self.dashboards, self.messages = 0, 0, []  # so far
+        self.brake_releases = 0  # orders for it so far
         self.listeners = []
         self.listen(((CONTROL, ControlClient),))
         self.serve_robot()
@@ -574,11 +576,13 @@ class DashboardClient(Connection):
             return "Failed to power on"
         if owner.robot_mode == POWER_OFF:
             owner.robot_mode = BOOTING
-            owner.after(0.2, lambda: setattr(owner, "robot_mode", IDLE))
+            if not owner.options.boots_never:
+                owner.after(0.2, lambda: setattr(owner, "robot_mode", IDLE))
         return "Powering on"
 
     def do_brake_release(self):
         owner = self.owner
+        owner.brake_releases += 1
         if owner.robot_mode != IDLE:
             return "Failed to release the brakes"
         owner.after(0.2, lambda: setattr(owner, "robot_mode", RUNNING))
@@ -635,7 +639,7 @@ class Orders:
     def state(c):
         return {"q": c.joints.q, "qd": c.joints.qd, "robot_mode": c.robot_mode, "safety_mode": c.safety_mode,
                 "runtime_state": c.runtime_state(), "slider": c.slider, "programs": c.programs, "dashboards": c.dashboards, "messages": c.messages[-5:],
-                "fastest": c.joints.fastest, "strongest": c.joints.strongest, "rtde_clients": len(c.rtde), "now": c.now, **c.jumps}
+                "fastest": c.joints.fastest, "strongest": c.joints.strongest, "rtde_clients": len(c.rtde), "now": c.now, "brake_releases": c.brake_releases, **c.jumps}
 
     @staticmethod
     def forget(c):
@@ -652,6 +656,11 @@ class Orders:
     def emergency_stop(c):
         c.safety_mode, c.robot_mode = EMERGENCY, POWER_OFF
         c.end_program()
+
+    @staticmethod
+    def booted(c):
+        """The robot is on, and its brakes, too."""
+        c.robot_mode = IDLE
 
     @staticmethod
     def release_emergency_stop(c):
@@ -755,6 +764,7 @@ def main():
     parser.add_argument("--model", choices=PERIODS, default="e")
     parser.add_argument("--robot", default="UR5", help="answer of the dashboard to `get robot model`; empty: it does not know the command")
     parser.add_argument("--off", action="store_true", help="begins without power")
+    parser.add_argument("--boots-never", action="store_true", help="is on only after the order booted")
     parser.add_argument("--unlock-after", type=float, default=5.0, help="earliest time after a protective stop [s]")
     options = parser.parse_args()
     controller = Controller(options)

@@ -106,4 +106,11 @@ Condition condition_of(const RobotData& data, const std::string& arm) {
   return condition_of_robot(static_cast<RobotMode>(data.robot_mode), arm);
 }
 
+bool BrakeRelease::due(const RobotData& data, Clock::time_point now) {
+  const auto safety = static_cast<SafetyMode>(data.safety_mode);
+  const bool safe = safety == SafetyMode::kNormal || safety == SafetyMode::kReduced;
+  if (until_ && (!safe || now > *until_)) cancel();
+  return until_ && static_cast<RobotMode>(data.robot_mode) == RobotMode::kIdle;
+}
+
 }  // namespace hecaton::device::universal_robots

@@ -1,6 +1,8 @@
 #pragma once
 /// The states of a Universal Robots controller, and what a person does about each. Pure.
 
+#include <chrono>
+#include <optional>
 #include <string>
 
 #include "services/arm_driver/devices/arm_device.hpp"
@@ -63,5 +65,22 @@ struct Condition {
 /// Whether robot and safety system allow motion of the arm; programs and remote control apart. `arm`: its name, for the
 /// commands that the text names.
 [[nodiscard]] Condition condition_of(const RobotData& data, const std::string& arm);
+
+/// The second half of an order to power on: the robot's brakes, once it has booted. Pure; for one thread.
+class BrakeRelease {
+ public:
+  /// A robot boots within this time. Later its surroundings may have changed.
+  static constexpr std::chrono::seconds kLimit{30};
+
+  /// The order begins.
+  void begin(Clock::time_point now) { until_ = now + kLimit; }
+  void cancel() { until_.reset(); }
+  /// True: the brakes are due. After the limit, and in every safety mode but normal and reduced, the order is
+  /// cancelled.
+  [[nodiscard]] bool due(const RobotData& data, Clock::time_point now);
+
+ private:
+  std::optional<Clock::time_point> until_;  ///< empty: no such order is under way
+};
 
 }  // namespace hecaton::device::universal_robots

@@ -67,12 +67,16 @@ class UniversalRobotsArm final : public ArmDevice {
   DeviceResult configure() override {
     now_ = Clock::now();
     close_program();
+    brakes_.cancel();
+    if (order_.runs)
+      end_order(
+          DeviceFailure{"the connection to its robot was lost before the robot answered: look at "
+                        "the robot, then call again"});
     if (auto failure = listener_.listen(options_.reverse_port)) return failure;
     rtde_.open(now_);
     primary_.connect(options_.robot_ip, kPrimaryPort);
     dashboard_.open(options_.robot_ip, now_);
     remote_control_ = {};
-    order_ = {};
     configured_at_ = now_;
     model_.clear();
     model_answered_ = false;
@@ -121,7 +125,10 @@ class UniversalRobotsArm final : public ArmDevice {
     return {};
   }
 
-  void stop(std::string_view /*reason*/) override { close_program(); }
+  void stop(std::string_view /*reason*/) override {
+    brakes_.cancel();
+    close_program();
+  }
   void deactivate() override { close_program(); }
 
   DeviceResult begin(DeviceOrder order) override {
@@ -188,7 +195,6 @@ class UniversalRobotsArm final : public ArmDevice {
     bool runs = false;
     std::string command, expected;  ///< the dashboard's command, and the beginning of its answer
     std::optional<OrderEnd> end;
-    bool releases_brakes = false;  ///< when the robot is on
   };
 
   void close_program() {
@@ -362,7 +368,7 @@ class UniversalRobotsArm final : public ArmDevice {
           send_order("brake release", "Brake releasing");
         } else {
           send_order("power on", "Powering on");
-          order_.releases_brakes = true;
+          brakes_.begin(now_);
         }
         return {};
       case DeviceOrder::kPowerOff:
@@ -378,7 +384,8 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   void send_order(const std::string& command, const std::string& expected) {
-    order_ = {true, command, expected, {}, false};
+    order_ = {true, command, expected, {}};
+    brakes_.cancel();
     dashboard_.send(command, now_);
   }
 
@@ -391,17 +398,17 @@ class UniversalRobotsArm final : public ArmDevice {
         take_model(answer->text);
       } else if (order_.runs && answer->command == order_.command) {
         const bool taken = answer->text.starts_with(order_.expected);
-        order_.releases_brakes = order_.releases_brakes && taken;
+        if (!taken) brakes_.cancel();
         end_order(taken ? DeviceResult{} : DeviceFailure{"the robot answers: " + readable(answer->text)});
       }
     }
     if (order_.runs && !dashboard_.is_open()) {
+      brakes_.cancel();
       end_order(DeviceFailure{"the robot does not answer on its dashboard server (port 29999)"});
     }
-    const bool is_idle = static_cast<RobotMode>(rtde_.data()->robot_mode) == RobotMode::kIdle;
-    if (!order_.releases_brakes || order_.runs || !is_idle || !dashboard_.is_open()) return;
+    if (!brakes_.due(*rtde_.data(), now_) || order_.runs || !dashboard_.is_open()) return;
     dashboard_.send("brake release", now_);
-    order_.releases_brakes = false;
+    brakes_.cancel();
   }
 
   // Old controllers do not know the command.
@@ -435,11 +442,13 @@ class UniversalRobotsArm final : public ArmDevice {
   bool model_answered_ = false;
   Clock::time_point configured_at_;
   Order order_;
+  BrakeRelease brakes_;
   double settled_speed_ = 1.0;  ///< speed scaling to which the lag has settled
   Clock::time_point now_;
 };
 
 /// A calibration moves and turns the joint frames by a little; a nominal description turns them by multiples of 90°.
+/// The frame of the first joint has also the mount of the robot, which may be tilted.
 bool is_calibrated(const planner::RobotModel& model) {
   constexpr double kTurned = 2e-5;  // [rad]; descriptions round 90° to 1.5708
   for (const planner::Link& link : model.links) {
@@ -448,7 +457,6 @@ bool is_calibrated(const planner::RobotModel& model) {
     for (const double entry : R.reshaped()) {
       if (std::abs(entry) > kTurned && std::abs(std::abs(entry) - 1.0) > kTurned) return true;
     }
-/// The frame of the first joint has also the mount of the robot, which may be tilted.
   }
   return false;
 }

@@ -257,6 +257,36 @@ TEST_F(UniversalRobotsTest, EmergencyStopNeedsPowerAndAResume) {
   EXPECT_TRUE(until([this] { return session_->active(); })) << text();
 }
 
+TEST_F(UniversalRobotsTest, ReleasesTheBrakesOnlyOnAnOrderAfterAStop) {
+  begin({"--off", "--boots-never"});
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
+  ASSERT_FALSE(order(device::DeviceOrder::kPowerOn)) << "taken; the robot boots";
+  robot_->order("emergency_stop");
+  ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_EMERGENCY_STOP; })) << text();
+  robot_->order("release_emergency_stop");
+  robot_->order("booted");
+  ASSERT_TRUE(until([this] { return says("the brakes are on"); })) << text();
+  // The dashboard answers in the order of its commands.
+  ASSERT_FALSE(order(device::DeviceOrder::kPowerOff));
+  EXPECT_EQ(robot_->state().at("brake_releases"), 0);
+  ASSERT_TRUE(until([this] { return says("the robot is off"); })) << text();
+  ASSERT_FALSE(order(device::DeviceOrder::kPowerOn));
+  robot_->order("booted");
+  EXPECT_TRUE(until([this] { return robot_->state().at("brake_releases") == 1; })) << text();
+}
+
+TEST_F(UniversalRobotsTest, EndsAnOrderWhenItsConnectionIsLost) {
+  begin();
+  run();
+  robot_->order("cable pulled");
+  ASSERT_FALSE(device_->begin(device::DeviceOrder::kPowerOff));
+  std::optional<device::OrderEnd> end;
+  ASSERT_TRUE(until([&] { return (end = device_->order_end()).has_value(); })) << "the driver takes no other order";
+  ASSERT_TRUE(end->result);
+  EXPECT_EQ(end->result->text,
+            "the connection to its robot was lost before the robot answered: look at the robot, then call again");
+}
+
 TEST_F(UniversalRobotsTest, WaitsForPowerRemoteControlAndTheEndOfOtherPrograms) {
   begin({"--off"});
   ASSERT_TRUE(until([this] { return kind() == CauseKind::CAUSE_DEVICE_NOT_READY; })) << text();
@@ -524,6 +554,24 @@ TEST(UniversalRobots, SaysThatADescriptionHasNoCalibration) {
             "the key model of its device names it");
 }
 
+// Where a robot has many links, the mount is a part of the first joint's frame.
+TEST(UniversalRobots, CountsATiltedMountAsNoCalibration) {
+  const test::TemporaryFolder folder;
+  std::ifstream file(HECATON_SOURCE_DIR "/deploy/robots/ur5e.urdf");
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string base = "<link name=\"base_link\">";
+  ASSERT_NE(text.find(base), std::string::npos);
+  text.insert(text.find(base),
+              "<link name='floor'/><joint name='mount' type='fixed'><parent link='floor'/><child link='base_link'/>"
+              "<origin rpy='0.785398163397 0 0'/></joint>");
+  planner::RobotModel model = *planner::load_urdf(folder.write("mounted.urdf", text));
+  planner::merge_fixed_links(static_cast<int>(model.links.size()) - 1, model);
+  ASSERT_EQ(model.links[1].joint, 0);
+  ASSERT_NEAR(model.links[1].X_PJ.linear()(1, 1), std::sqrt(0.5), 1e-9);
+  EXPECT_NE(universal_robots_notes(setup_for("192.168.0.10"), model).front().find("without the calibration"),
+            std::string::npos);
+}
+
 TEST(UniversalRobots, SaysForEachSafetyModeWhatAPersonDoes) {
   using device::DeviceMode;
   const std::string resume = "'hecaton resume north'";
@@ -554,24 +602,6 @@ TEST(UniversalRobots, SaysForEachSafetyModeWhatAPersonDoes) {
       {9, DeviceMode::kNotReady, fault},
       {10, DeviceMode::kNotReady, not_ready},
       {11, DeviceMode::kNotReady, not_ready},
-// Where a robot has many links, the mount is a part of the first joint's frame.
-TEST(UniversalRobots, CountsATiltedMountAsNoCalibration) {
-  const test::TemporaryFolder folder;
-  std::ifstream file(HECATON_SOURCE_DIR "/deploy/robots/ur5e.urdf");
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  const std::string base = "<link name=\"base_link\">";
-  ASSERT_NE(text.find(base), std::string::npos);
-  text.insert(text.find(base),
-              "<link name='floor'/><joint name='mount' type='fixed'><parent link='floor'/><child link='base_link'/>"
-              "<origin rpy='0.785398163397 0 0'/></joint>");
-  planner::RobotModel model = *planner::load_urdf(folder.write("mounted.urdf", text));
-  planner::merge_fixed_links(static_cast<int>(model.links.size()) - 1, model);
-  ASSERT_EQ(model.links[1].joint, 0);
-  ASSERT_NEAR(model.links[1].X_PJ.linear()(1, 1), std::sqrt(0.5), 1e-9);
-  EXPECT_NE(universal_robots_notes(setup_for("192.168.0.10"), model).front().find("without the calibration"),
-            std::string::npos);
-}
-
       {12, DeviceMode::kSafeguardStop, "safeguard stop of the automatic mode" + clear},
       {13, DeviceMode::kSafeguardStop, "an enabling device " + enabling},
       {14, DeviceMode::kSafeguardStop, "an enabling device of the teach pendant " + enabling},
@@ -622,6 +652,28 @@ TEST(UniversalRobots, SaysForEachRobotModeWhatAPersonDoes) {
     const auto condition = condition_of(data, "north");
     EXPECT_EQ(condition.mode, mode == 7 ? device::DeviceMode::kReady : device::DeviceMode::kNotReady) << mode;
     EXPECT_EQ(condition.text, text) << mode;
+  }
+}
+
+TEST(UniversalRobots, CancelsTheReleaseOfBrakesByTimeAndBySafetyMode) {
+  using device::universal_robots::BrakeRelease;
+  const Clock::time_point ordered{1h};
+  device::universal_robots::RobotData booting, idle;
+  booting.safety_mode = idle.safety_mode = 1;  // normal
+  booting.robot_mode = 2;
+  idle.robot_mode = 5;
+  BrakeRelease brakes;
+  EXPECT_FALSE(brakes.due(idle, ordered)) << "no order";
+  brakes.begin(ordered);
+  EXPECT_FALSE(brakes.due(booting, ordered + 10s));
+  EXPECT_TRUE(brakes.due(idle, ordered + 30s));
+  EXPECT_FALSE(brakes.due(idle, ordered + 31s));
+  EXPECT_FALSE(brakes.due(idle, ordered + 30s)) << "it is cancelled";
+  for (int mode = 0; mode < 24; ++mode) {
+    brakes.begin(ordered);
+    booting.safety_mode = mode;
+    EXPECT_FALSE(brakes.due(booting, ordered + 1s));
+    EXPECT_EQ(brakes.due(idle, ordered + 2s), mode == 1 || mode == 2) << mode;
   }
 }
 
