@@ -32,7 +32,22 @@ msg::Cause with_text(msg::Cause cause, std::string text) {
   return cause;
 }
 
+/// Between the mode and the fault that ordered it.
+constexpr std::string_view kUntilResumed = " until resumed: ";
+
 }  // namespace
+
+CausesByArm device_causes_in(const msg::CellMode& mode) {
+  CausesByArm causes;
+  for (const msg::ArmOrder& order : mode.arms()) {
+    if (order.ordered() == msg::Mode::MODE_RUN || !is_for_device(order.cause(), order.arm())) continue;
+    std::string text = order.cause().text();
+    const std::string prefix = std::string(mode_name(order.ordered())) + std::string(kUntilResumed);
+    if (text.starts_with(prefix)) text.erase(0, prefix.size());
+    causes[order.arm()] = with_text(order.cause(), std::move(text));
+  }
+  return causes;
+}
 
 msg::Cause CellModeState::unknown(const std::vector<std::string>& arms) const {
   for (const std::string& arm : arms) {
@@ -121,13 +136,18 @@ void CellModeState::lower_speed(const std::string& arm, double speed) {
 
 void CellModeState::hold_until_resumed(const std::string& arm, const msg::Cause& cause) {
   tighten(arm, msg::Mode::MODE_HOLD);
-  causes_[arm] = cause;
+  add_order_cause(arm, cause);
+}
+
+void CellModeState::add_order_cause(const std::string& arm, const msg::Cause& cause) {
+  msg::Cause& own = causes_[arm];
+  if (!is_for_device(own, arm) || is_for_device(cause, arm)) own = cause;
 }
 
 void CellModeState::restore(const Orders& orders, const CausesByArm& causes) {
   orders_ = {};
   add(orders);
-  causes_.insert(causes.begin(), causes.end());
+  for (const auto& [arm, cause] : causes) add_order_cause(arm, cause);
   std::erase_if(causes_, [&](const auto& cause) { return order_of(cause.first) == msg::Mode::MODE_RUN; });
 }
 
@@ -153,7 +173,7 @@ msg::Cause CellModeState::order_cause(std::string_view arm) const {
   if (order == msg::Mode::MODE_RUN) return {};
   const std::string mode(mode_name(order));
   const auto cause = causes_.find(arm);
-  if (cause != causes_.end()) return with_text(cause->second, mode + " until resumed: " + cause->second.text());
+  if (cause != causes_.end()) return with_text(cause->second, mode + std::string(kUntilResumed) + cause->second.text());
   const bool stop = order == msg::Mode::MODE_STOP;
   return make_cause(stop ? msg::CauseKind::CAUSE_STOP_ORDERED : msg::CauseKind::CAUSE_HOLD_ORDERED, std::string(arm),
                     mode + " by operator");

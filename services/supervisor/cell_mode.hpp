@@ -15,6 +15,9 @@ namespace hecaton::services {
 /// Causes by arm.
 using CausesByArm = std::map<std::string, msg::Cause, std::less<>>;
 
+/// The causes of those orders in a published cell mode that faults of devices gave, by arm.
+[[nodiscard]] CausesByArm device_causes_in(const msg::CellMode& mode);
+
 /// What faults hold, derived again in each turn.
 struct AutomaticHolds {
   std::optional<msg::Cause> cell;  ///< why the whole cell is held; empty: it is not
@@ -74,6 +77,8 @@ class CellModeState {
   [[nodiscard]] msg::Cause refuse_speed(const std::vector<std::string>& arms, double speed) const;
   void tighten(const std::string& arm, msg::Mode mode);
   void lower_speed(const std::string& arm, double speed);
+  /// A cause of the arm's device stays until the arm is resumed by name: no other kind replaces it.
+  void add_order_cause(const std::string& arm, const msg::Cause& cause);
   /// Text: "hold by operator" or "hold until resumed: …". CAUSE_NONE without an order.
   [[nodiscard]] msg::Cause order_cause(std::string_view arm) const;
   /// The fault that gave the arm's order has this cause: the text has it once.

@@ -79,7 +79,8 @@ void Replicator::remember_leader(const Cell& cell) {
   const bool new_faults = cell.subscriptions.fault_revision() != written_.fault_revision;
   const bool news = new_faults || leader->sequence_number() != written_.mode;
   if (!news && (!file_.failed() || cell.now - written_.at < CellPublisher::kRepeat)) return;
-  Checkpoint checkpoint{leader->term(), orders_in(*leader), {}, file_.stored().faults, orders_.pending()};
+  Checkpoint checkpoint{leader->term(), orders_in(*leader), device_causes_in(*leader), file_.stored().faults,
+                        orders_.pending()};
   if (new_faults || file_.failed()) {
     FaultList faults;
     faults.restore(fault_history_of(cell.subscriptions.published_by_others(), leader->term(), read_clocks()));
@@ -98,7 +99,7 @@ void Replicator::become_leader(const Cell& cell) {
   const Time leader_heard_at = cell.subscriptions.leader_heard_at();
   const auto leader = cell.subscriptions.take_leader_mode();
   if (leader && leader->term() >= last_term_) {
-    detector.mode().restore(orders_in(*leader));
+    detector.mode().restore(orders_in(*leader), device_causes_in(*leader));
     detector.faults().restore(
         fault_history_of(cell.subscriptions.published_by_others(), leader->term(), read_clocks()));
     detector.judge_again(leader_heard_at - kPublishingDelay);

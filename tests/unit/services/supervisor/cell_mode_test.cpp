@@ -142,6 +142,38 @@ TEST_F(CellModeStateTest, ResumesAnArmOnlyByNameAndOnlyAfterTheFaultOfItsDevice)
   EXPECT_EQ(mode_.decide(), msg::CellMode{});
 }
 
+// A person may stand beside an arm whose device has stopped, whatever fails after that.
+TEST_F(CellModeStateTest, KeepsTheHoldForADeviceWhenAnotherFaultHoldsTheArm) {
+  const msg::Cause device = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "protective stop");
+  const msg::Cause planner = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm1", "signal 9");
+  const msg::Cause later = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "emergency stop");
+  mode_.hold_until_resumed("arm1", device);
+  mode_.hold_until_resumed("arm1", planner);
+  EXPECT_EQ(mode_.causes().at("arm1"), device);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(mode_.mode_of("arm1"), msg::Mode::MODE_HOLD);
+  mode_.hold_until_resumed("arm1", later);
+  EXPECT_EQ(mode_.causes().at("arm1"), later) << "the newest of its device";
+  EXPECT_TRUE(is_none(mode_.resume({"arm1"})));
+  EXPECT_EQ(mode_.decide(), msg::CellMode{});
+}
+
+TEST_F(CellModeStateTest, TakesOverTheHoldsForDevicesOfAnotherLeader) {
+  const msg::Cause device = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "arm1", "protective stop");
+  const msg::Cause planner = make_cause(msg::CauseKind::CAUSE_HELD_BY_FAULT, "planner/arm1", "signal 9");
+  CellModeState leader({"arm1", "arm2", "arm3"});
+  leader.hold_until_resumed("arm1", device);
+  leader.hold_until_resumed("arm2", planner);
+  EXPECT_TRUE(is_none(leader.hold({"arm3"})));
+  EXPECT_EQ(device_causes_in(leader.decide()), (CausesByArm{{"arm1", device}}));
+
+  mode_.hold_until_resumed("arm1", planner);
+  mode_.restore(orders_in(leader.decide()), device_causes_in(leader.decide()));
+  EXPECT_EQ(mode_.causes().at("arm1"), device);
+  EXPECT_TRUE(is_none(mode_.resume({})));
+  EXPECT_EQ(arms_on(mode_.decide(), msg::Mode::MODE_HOLD), Names{"arm1"});
+}
+
 TEST_F(CellModeStateTest, RejectsAnUnknownArmWithoutAChange) {
   EXPECT_EQ(mode_.stop({"arm1", "arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
   EXPECT_EQ(mode_.hold({"arm9"}).text(), "unknown arm arm9: this cell's arms are arm1, arm2, arm3");
