@@ -180,6 +180,12 @@ void DeviceSession::leave() {
   if (phase_ == Phase::kActive || phase_ == Phase::kActivating) {
     must_be_resumed_ = true;
     latched_ = cause_of_state();
+    // The supervisor does not hold an arm for a device that starts, so that no resume would end the latch.
+    if (latched_->kind() == CauseKind::CAUSE_STARTING) {
+      latched_ = make_cause(
+          CauseKind::CAUSE_PROGRAM_STOPPED, setup_.arm,
+          with_resume("the device follows no set-points any more and starts again: " + state_.text, setup_.arm));
+    }
     latched_at_ = now_;
   }
   phase_ = Phase::kInactive;

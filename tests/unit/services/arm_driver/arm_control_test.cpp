@@ -493,6 +493,26 @@ TEST_F(ArmControlTest, WaitsForADeviceThatStarts) {
   EXPECT_EQ(device_.first_set_point, q());
 }
 
+// Of CAUSE_STARTING the supervisor makes no fault: no hold would come, and no resume.
+TEST_F(ArmControlTest, ReportsADeviceThatStartsAgainAsStopped) {
+  run();
+  device_.mode = DeviceMode::kStarting;
+  device_.text = "connects";
+  wait(0.1);
+  EXPECT_FALSE(device_.active);
+  EXPECT_EQ(control_.cause(),
+            make_cause(CauseKind::CAUSE_PROGRAM_STOPPED, "arm1",
+                       "the device follows no set-points any more and starts again: connects; once it works again, "
+                       "call 'hecaton resume arm1'"));
+  device_.mode = DeviceMode::kReady;
+  wait(0.1);
+  EXPECT_FALSE(device_.active);
+  EXPECT_EQ(kind(), CauseKind::CAUSE_PROGRAM_STOPPED);
+  resume();
+  EXPECT_TRUE(device_.active);
+  EXPECT_EQ(device_.first_set_point, q());
+}
+
 TEST_F(ArmControlTest, IsHeldFromTheStartUntilAPersonResumes) {
   FaultyArm arm({"arm1", limits(), planner::JointVector::Zero(1), kPeriod, "", "", {}});
   const msg::Cause restarted = make_cause(CauseKind::CAUSE_PROGRAM_STOPPED, "arm1", "its driver was restarted");
