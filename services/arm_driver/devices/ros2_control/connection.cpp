@@ -54,7 +54,8 @@ bus::ros2::Topic controller_state_topic(const Options& options) {
 Connection::Connection(const Options& options, Clock::duration silence_limit)
     : options_(options),
       participant_(options.domain, "/", participant_options(options)),
-      joint_states_(participant_, state_topic(options.joint_states, ros2::type::kJointState), mailbox_) {
+      joint_states_(participant_, state_topic(options.joint_states, ros2::type::kJointState), mailbox_),
+      states_(silence_limit) {
   if (options.interface == Interface::kAction) {
     action_.emplace(participant_, options.controller + "/follow_joint_trajectory",
                     TrajectoryAction::Types{ros2::type::kSendTrajectory, ros2::type::kTrajectoryResult}, mailbox_);
@@ -75,7 +76,7 @@ Connection::Connection(const Options& options, Clock::duration silence_limit)
 
 void Connection::update() {
   if (controller_state_) {
-    for (const bus::ros2::Sample& sample : controller_state_->take()) runs_at_ = sample.received;
+    for (const bus::ros2::Sample& sample : controller_state_->take()) states_.add(sample.received);
   }
   if (scaling_input_) {
     for (const bus::ros2::Sample& sample : scaling_input_->take()) {

@@ -7,6 +7,7 @@
 #include "services/arm_driver/devices/ros2_control/action_client.hpp"
 #include "services/arm_driver/devices/ros2_control/gripper.hpp"
 #include "services/arm_driver/devices/ros2_control/options.hpp"
+#include "services/arm_driver/devices/ros2_control/state_watch.hpp"
 #include "services/bus/ros2_endpoint.hpp"
 #include "services/ros2_messages/ros2_types.hpp"
 
@@ -36,8 +37,8 @@ class Connection {
   [[nodiscard]] Gripper* gripper() { return gripper_ ? &*gripper_ : nullptr; }
   [[nodiscard]] const Gripper* gripper() const { return gripper_ ? &*gripper_ : nullptr; }
 
-  /// When a trajectory controller has reported last that it runs; empty: never.
-  [[nodiscard]] std::optional<Clock::time_point> controller_runs_at() const { return runs_at_; }
+  /// A trajectory controller has reported its state as often as before.
+  [[nodiscard]] bool controller_runs(Clock::time_point now) const { return !states_.is_silent(now); }
   /// Of hardware and trajectory controller together, 0 to 1; empty: the configured topic is silent.
   [[nodiscard]] std::optional<double> speed_scaling(Clock::time_point now) const;
 
@@ -52,7 +53,7 @@ class Connection {
   std::optional<bus::ros2::Reader> controller_state_;  ///< of a trajectory controller
   std::optional<bus::ros2::Reader> scaling_input_;     ///< of a trajectory controller
   std::optional<bus::ros2::Reader> scaling_state_;     ///< of the hardware
-  std::optional<Clock::time_point> runs_at_;
+  StateWatch states_;                                  ///< of a trajectory controller
   double scaling_of_controller_ = 1.0;
   double scaling_of_hardware_ = 1.0;
   std::optional<Clock::time_point> scaling_at_;  ///< of the hardware

@@ -25,8 +25,6 @@ namespace {
 constexpr std::chrono::seconds kDiscovery{5};
 /// Before the first motion the device listens for this time whether another node publishes the same joints.
 constexpr std::chrono::seconds kListening{1};
-/// An active trajectory controller publishes its state more often.
-constexpr std::chrono::seconds kControllerSilence{1};
 /// An action server accepts or refuses a goal within this time.
 constexpr std::chrono::seconds kAnswer{1};
 /// Trajectories in the time of the lookahead.
@@ -328,11 +326,8 @@ class Ros2ControlArm final : public ArmDevice {
       return missing((connection_->action() != nullptr ? "nothing serves the action follow_joint_trajectory of "
                                                        : "nothing reads commands of ") +
                      controller());
-    if (options_.interface == Interface::kTrajectory) {
-      const auto runs_at = connection_->controller_runs_at();
-      if (!runs_at || now_ - *runs_at > std::max<Clock::duration>(kControllerSilence, silence_limit_)) {
-        return missing(controller() + " publishes no controller_state, so it is not active");
-      }
+    if (options_.interface == Interface::kTrajectory && !connection_->controller_runs(now_)) {
+      return missing(controller() + " publishes no controller_state, so it is not active");
     }
     if (!connection_->speed_scaling(now_)) {
       return missing("no speed scaling arrives on topic " + *options_.speed_scaling);

@@ -12,6 +12,7 @@
 #include "services/arm_driver/devices/ros2_control/motion_watch.hpp"
 #include "services/arm_driver/devices/ros2_control/options.hpp"
 #include "services/arm_driver/devices/ros2_control/ros2_control_arm.hpp"
+#include "services/arm_driver/devices/ros2_control/state_watch.hpp"
 #include "services/arm_driver/devices/ros2_control/velocity_commands.hpp"
 #include "services/ros2_messages/cdr.hpp"
 #include "services/ros2_messages/time.hpp"
@@ -465,6 +466,40 @@ TEST_F(Ros2ControlVelocities, BrakeOnTheStopProfile) {
 }
 
 // --- motion
+
+/// The longest silence after a second of states in this period, for a controller that may be late for 50 ms.
+std::chrono::milliseconds longest_silence(std::chrono::milliseconds period, std::chrono::milliseconds late = 50ms) {
+  rc::StateWatch watch(late);
+  device::Clock::time_point at{100s};
+  EXPECT_TRUE(watch.is_silent(at)) << "nothing has come yet";
+  for (int states = 0; states < 20; ++states) watch.add(at += period);
+  std::chrono::milliseconds silence{0};
+  while (!watch.is_silent(at + silence)) ++silence;
+  return silence - 1ms;
+}
+
+TEST(Ros2ControlStates, NoticeAPauseOfSomePeriods) {
+  EXPECT_EQ(longest_silence(20ms), 200ms) << "the usual rate; a shorter pause may be a busy machine";
+  EXPECT_EQ(longest_silence(4ms), 200ms);
+  EXPECT_EQ(longest_silence(100ms), 500ms);
+  EXPECT_EQ(longest_silence(500ms), 1000ms);
+  EXPECT_EQ(longest_silence(20ms, 300ms), 300ms) << "the cell allows later states";
+}
+
+TEST(Ros2ControlStates, ForgiveLateStatesAndKnowTheRateAfterAPause) {
+  rc::StateWatch watch(50ms);
+  device::Clock::time_point at{100s};
+  watch.add(at);
+  EXPECT_EQ(watch.limit(), 1s) << "the rate is not known yet";
+  for (int states = 0; states < 200; ++states) {
+    watch.add(at += states % 10 == 0 ? 150ms : 5ms);
+    ASSERT_FALSE(watch.is_silent(at + 150ms)) << states;
+  }
+  EXPECT_TRUE(watch.is_silent(at + 600ms)) << "a deactivation of less than a second";
+  watch.add(at += 10s);
+  EXPECT_FALSE(watch.is_silent(at + 100ms));
+  EXPECT_TRUE(watch.is_silent(at + 600ms));
+}
 
 /// Runs two seconds of a joint whose set-point moves at `speed` [rad/s]; the arm follows with `delay` [s], or not at
 /// all.
