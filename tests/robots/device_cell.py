@@ -35,7 +35,9 @@ STANDS = 0.02  # [rad/s] of the fastest joint, with the noise of a servo
 FIRST = 0.01  # [rad] largest distance of a first set-point from the measured position
 # Largest times from an event until the cell names it [s]: of a stop that the controller reports, and of silence, which counts late.
 STOP, SILENCE = 2.0, 3.0
-LATE = 0.1  # [s] a set-point is never as far from the one before as twice the velocity limits allow in this time
+# Set-points move at most twice as fast as the velocity limits. After a longer pause the driver allows no larger step [s]: kLongestPause of
+# services/arm_driver/devices/largest_step.hpp.
+LONGEST_PAUSE = 0.1
 
 
 class Failed(Exception):
@@ -51,6 +53,7 @@ class Controller:
 
     address = ""
     unit = 1.0  # of its angles [rad]
+    pause = LONGEST_PAUSE  # [s] of set-points, as the controller sees them
     begin = []  # orders after which it is ready again
 
     def __init__(self, arm, programs, joints, home, logs):
@@ -98,6 +101,7 @@ class Controller:
 
 class UniversalRobots(Controller):
     address = "127.0.0.11"
+    pause = 0.002  # the program gives one in each cycle, and limits their steps, also when packets are late
 
     def command(self, programs, joints, home):
         return [sys.executable, ROBOTS / "ur_controller.py", "--address", self.address, "--unlock-after", "0.5",
@@ -332,7 +336,7 @@ class Run:
         self.fastest[arm], self.largest[arm] = max(self.fastest.get(arm, 0.0), fastest), max(self.largest.get(arm, 0.0), largest)
         if fastest > 1.1 * limit:
             return f"{arm} moved at {fastest:.2f} rad/s (limit {limit:.2f})"
-        return f"{arm}: its set-points jumped by {largest:.4f} rad" if largest > 2.0 * limit * LATE else ""
+        return f"{arm}: its set-points jumped by {largest:.4f} rad" if largest > 2.0 * limit * controller.pause + 1e-6 else ""
 
     def speed(self, arm):
         """Of the fastest joint, from the controller [rad/s]."""
