@@ -114,7 +114,7 @@ ONLY_IN = {
 
 # Pure parts: standard library, the generated values of idl/ and themselves only.
 PURE = ["services/runtime/cause", "services/runtime/orders", "services/runtime/stall_compensated_clock",
-        "services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode",
+        "services/supervisor/detection/", "services/supervisor/fault_list", "services/supervisor/cell_mode", "services/supervisor/clipped_text",
         "services/supervisor/failover/leadership", "services/supervisor/failover/planner_failover",
         "services/supervisor/replication/unreplicated",
         "services/runtime/arm_lease", "services/runtime/latest_faults", "services/runtime/node_name", "services/runtime/progress_watchdog",

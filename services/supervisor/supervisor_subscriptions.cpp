@@ -119,6 +119,7 @@ void SupervisorSubscriptions::receive_modes(const bus::EndpointId& self, const C
     if (sample.disposed || sample.writer.same_participant(self)) continue;
     newest_.other_hosts = std::max(newest_.other_hosts, arrival(sample));
     to.leadership.observe_leader(mode.term(), arrival(sample));
+    if (to.leadership.owns(mode.term())) continue;  // no leader's: its orders do not count
     if (leader_.mode && mode.term() < leader_.mode->term()) continue;
     for (const msg::ArmLease& lease : mode.leases()) to.failover.update(lease.arm(), lease_of(lease));
     leader_.node = mode.node();

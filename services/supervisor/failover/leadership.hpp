@@ -59,7 +59,7 @@ class Leadership {
   void observe_leader(std::uint64_t term, Time at) {
     if (role_ == Role::kLeading && term < term_) return;  // the other will stand by
     highest_ = std::max(highest_, term);
-    if (term % share_.count == share_.index) {
+    if (owns(term)) {
       if (role_ == Role::kLeading) lead_on(at);
       return;
     }
@@ -106,6 +106,8 @@ class Leadership {
     return highest_;
   }
 
+  /// A term of the own share, which no other supervisor takes.
+  [[nodiscard]] bool owns(std::uint64_t term) const { return term % share_.count == share_.index; }
   [[nodiscard]] Role role() const { return role_; }
   [[nodiscard]] std::uint64_t term() const { return term_; }         ///< of its last leadership; 0: none yet
   [[nodiscard]] std::uint64_t highest() const { return highest_; }   ///< observed or taken

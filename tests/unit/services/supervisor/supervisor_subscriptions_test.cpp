@@ -173,6 +173,23 @@ TEST_F(PastEvents, NodeFailureWithoutTextIsAFault) {
       listener.reports("planner/arm3", msg::CauseKind::CAUSE_NODE_FAILED, [&] { return beats_.write(sample); }));
 }
 
+// No other supervisor takes such a term: the orders of a forged mode must not replace those of people.
+TEST_F(PastEvents, TakesNoOrdersFromACellModeOfItsOwnTerms) {
+  Listener listener(there_, false);
+  bus::Writer<msg::CellMode> forged(here_);
+  msg::CellMode mode;
+  mode.term(7);
+  mode.node("supervisor");
+  for (const auto until = bus::Clock::now() + bus::kPatience;
+       listener.leadership.highest() < 7 && bus::Clock::now() < until; listener.receive()) {
+    ASSERT_TRUE(forged.write(mode));
+    static_cast<void>(listener.mailbox.wait(cell_limits().loop_period));
+  }
+  EXPECT_EQ(listener.leadership.highest(), 7U);
+  EXPECT_FALSE(listener.ears.leader_mode());
+  EXPECT_FALSE(listener.leadership.hears_leader());
+}
+
 TEST_F(PastEvents, DeviceFailureIsAFaultOfItsArm) {
   Listener listener(there_, false);
   bus::Writer<msg::ArmState> states(here_);
