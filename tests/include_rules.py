@@ -68,7 +68,7 @@ BESIDE = {
     "view": ["services/client", "services/messages", "services/ros2_messages", "services/view/foxglove", "planner", "planner/collision", "planner/local", "planner/model", "world/model"],
     "view/foxglove": ["services/messages", "services/ros2_messages", "services/view", "planner", "planner/model", "world/model"],
     "ros2_messages": ["services/messages", "planner", "planner/model", "world/model"],
-    "ros2": ["services/client", "services/ros2_messages", "services/messages", "planner", "planner/model", "planner/trajectory", "world/model"],
+    "ros2": ["services/client", "services/ros2_messages", "services/messages", "planner", "planner/local", "planner/model", "planner/trajectory", "world/model"],
     "recorder": ["services/view"],  # its ROS 2 topics show the state of a cell
     "tick_log": ["services/messages", "planner", "planner/arm_planner", "planner/local", "planner/model", "world/model"],
     "replay": ["services/recorder", "services/view", "services/messages", "services/ros2_messages", "services/tick_log", "planner", "planner/arm_planner"],

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "planner/local/goal_objective.hpp"
 #include "services/bus/wire_rules.hpp"
 #include "services/ros2/publisher.hpp"
 #include "services/ros2_messages/cell_description.hpp"
@@ -46,6 +47,15 @@ JointVector sorted(const std::vector<double>& values, const std::vector<int>& jo
   return q;
 }
 
+/// `q` with joints that turn without end turned to where they are nearest to `near`.
+JointVector unwound(const planner::JointLimits& limits, JointVector q, const JointVector& near) {
+  const JointVector way = planner::joint_difference(limits, q, near);
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    if (std::isinf(limits.upper[j])) q[j] = near[j] - way[j];
+  }
+  return q;
+}
+
 void check_point(const JointTrajectoryPoint& point, std::size_t index, const std::vector<int>& joints,
                  const planner::Arm& arm) {
   const std::string where = "trajectory.points[" + std::to_string(index) + "]";
@@ -73,6 +83,7 @@ void check_point(const JointTrajectoryPoint& point, std::size_t index, const std
   }
 }
 
+/// Between points a joint that turns without end makes the turns that they have, as the planner interpolates.
 void check_velocity(const planner::TimedPoint& from, const planner::TimedPoint& to, const planner::Arm& arm) {
   for (Eigen::Index j = 0; j < to.q.size(); ++j) {
     const double velocity = std::abs(to.q[j] - from.q[j]) / (to.time - from.time);
@@ -84,7 +95,7 @@ void check_velocity(const planner::TimedPoint& from, const planner::TimedPoint& 
   }
 }
 
-/// Tolerances by joint. 0, or no entry: `unspecified`; negative: none.
+/// Tolerances by joint. 0, or no entry: `unspecified`; negative: none. Refuses NaN, which would count as none.
 JointVector tolerances(const std::vector<JointTolerance>& given, const char* name, const planner::Arm& arm) {
   JointVector tolerance = JointVector::Constant(arm.model->joints(), kInfinite);
   for (const JointTolerance& entry : given) {
@@ -96,6 +107,10 @@ JointVector tolerances(const std::vector<JointTolerance>& given, const char* nam
       refuse(TrajectoryCode::kInvalidJoints, std::string(name) + " names joint '" +
                                                  bus::printable(entry.name, bus::kLongestName) + "', which arm " +
                                                  arm.name + " does not have");
+    }
+    if (std::isnan(entry.position)) {
+      refuse(TrajectoryCode::kInvalidGoal,
+             std::string(name) + " of joint " + *found + " is not a number; 0 gives the joint no tolerance");
     }
     if (entry.position > 0.0) tolerance[found - names.begin()] = entry.position;
   }
@@ -126,8 +141,8 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
   }
   TrajectoryOrder order;
   order.joint_names = arm.model->joint_names;
-  order.start = q;
-  planner::TimedPoint before{0.0, q, {}, {}};
+  order.limits = arm.limits;
+  planner::TimedPoint before;
   for (std::size_t i = 0; i < trajectory.points.size(); ++i) {
     const JointTrajectoryPoint& point = trajectory.points[i];
     check_point(point, i, *joints, arm);
@@ -135,9 +150,10 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
     planner::TimedPoint next{time, sorted(point.positions, *joints), {}, {}};
     if (!point.velocities.empty()) next.qd = sorted(point.velocities, *joints);
     if (!point.accelerations.empty()) next.qdd = sorted(point.accelerations, *joints);
+    if (i == 0) before.q = order.start = unwound(arm.limits, q, next.q);
     if (i == 0 && time == 0.0) {
       Eigen::Index farthest = 0;
-      const double deviation = (next.q - q).cwiseAbs().maxCoeff(&farthest);
+      const double deviation = (next.q - order.start).cwiseAbs().maxCoeff(&farthest);
       if (deviation > kStartTolerance) {
         refuse(TrajectoryCode::kInvalidGoal, "the trajectory begins " + rounded(deviation) +
                                                  " from the measured position of joint " +
@@ -180,6 +196,10 @@ planner::JointState TrajectoryOrder::at(double time) const {
   const planner::TimedPoint& first = trajectory.points.front();
   if (time >= first.time) return trajectory.at(time);
   return planner::interpolate({0.0, start, {}, {}}, first, time);
+}
+
+JointVector TrajectoryOrder::error(const JointVector& q, double time) const {
+  return planner::joint_difference(limits, q, at(time).q);
 }
 
 std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names, const planner::Arm& arm) {
@@ -250,11 +270,11 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
     case GoalReport::kReached:
       break;
   }
-  for (Eigen::Index j = 0; j < input.q.size(); ++j) {
-    const double error = std::abs(input.q[j] - order_.trajectory.end()[j]);
-    if (error > order_.goal_tolerance[j]) {
+  const JointVector error = order_.error(input.q, order_.duration()).cwiseAbs();
+  for (Eigen::Index j = 0; j < error.size(); ++j) {
+    if (error[j] > order_.goal_tolerance[j]) {
       return end(TrajectoryCode::kGoalTolerance, "joint " + order_.joint_names[static_cast<std::size_t>(j)] + " ends " +
-                                                     rounded(error) + " from the goal (tolerance " +
+                                                     rounded(error[j]) + " from the goal (tolerance " +
                                                      rounded(order_.goal_tolerance[j]) + ")");
     }
   }

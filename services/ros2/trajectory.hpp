@@ -30,13 +30,17 @@ enum class TrajectoryCode : std::int32_t {
 struct TrajectoryOrder {
   planner::TimedTrajectory trajectory;   ///< with path tolerances; a first point after time 0 begins at the arm
   std::vector<std::string> joint_names;  ///< from base to tip
-  planner::JointVector start;            ///< of the arm, for people [rad | m]
-  planner::JointVector goal_tolerance;   ///< [rad | m]; infinite: the planner's tolerance counts alone
-  double goal_time_tolerance = 0.0;      ///< after the last point's time [s]; 0: no limit
+  planner::JointLimits limits;           ///< of the arm
+  /// Of the arm [rad | m]. A joint that turns without end has the turns of the first point.
+  planner::JointVector start;
+  planner::JointVector goal_tolerance;  ///< [rad | m]; infinite: the planner's tolerance counts alone
+  double goal_time_tolerance = 0.0;     ///< after the last point's time [s]; 0: no limit
 
   [[nodiscard]] double duration() const { return trajectory.duration(); }
   /// The state that the trajectory demands at `time`.
   [[nodiscard]] planner::JointState at(double time) const;
+  /// From the position `q` to that which the trajectory demands at `time` [rad | m].
+  [[nodiscard]] planner::JointVector error(const planner::JointVector& q, double time) const;
 };
 
 struct TrajectoryRefusal {

@@ -468,6 +468,7 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
   const TrajectoryFollower& follower = active_->follower;
   const planner::JointState desired = follower.order().at(follower.time());
   const planner::JointVector q = measured(arm);
+  const planner::JointVector error = follower.order().error(q, follower.time());
   const auto& qd = arm.state->value.qd();
   const auto joints = joint_numbers(feedback.joint_names, arm_);
   for (const int j : *joints) {
@@ -475,7 +476,7 @@ void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {
     feedback.desired.velocities.push_back(follower.rate() * desired.qd[j]);
     feedback.actual.positions.push_back(q[j]);
     if (std::ssize(qd) == q.size()) feedback.actual.velocities.push_back(qd[static_cast<std::size_t>(j)]);
-    feedback.error.positions.push_back(desired.q[j] - q[j]);
+    feedback.error.positions.push_back(error[j]);
   }
   feedback.desired.time_from_start = ros_duration(follower.time());
   feedback.actual.time_from_start = feedback.desired.time_from_start;

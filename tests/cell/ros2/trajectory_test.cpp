@@ -3,6 +3,9 @@
 #include "services/ros2/trajectory.hpp"
 
 #include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -85,6 +88,76 @@ TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
   EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
   EXPECT_EQ(code_of(good, 5.0), TrajectoryCode::kOldStamp);
   EXPECT_EQ(code_of(ros2::TrajectoryGoal{}), TrajectoryCode::kInvalidJoints);
+}
+
+TEST(Ros2Trajectory, IsRefusedWhenAToleranceIsNotANumber) {
+  const double nan = std::nan("");
+  auto goal = ramp(northern_arm().home(), 0.4, 2.0);
+  goal.path_tolerance.push_back({"joint2", nan, 0.0, 0.0});
+  auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
+  const auto* refusal = std::get_if<ros2::TrajectoryRefusal>(&checked);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_EQ(refusal->text, "path_tolerance of joint joint2 is not a number; 0 gives the joint no tolerance");
+  goal.path_tolerance.clear();
+  goal.goal_tolerance.push_back({"north_joint2", nan, 0.0, 0.0});
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal);
+  goal.goal_tolerance[0] = {"joint2", 0.1, nan, nan};
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kSuccessful) << "those of velocities and accelerations are ignored";
+}
+
+/// The arm `north` with a first joint that turns without end.
+planner::Arm turning_arm() {
+  planner::Arm arm = northern_arm();
+  arm.limits.lower[0] = -std::numeric_limits<double>::infinity();
+  arm.limits.upper[0] = std::numeric_limits<double>::infinity();
+  return arm;
+}
+
+TEST(Ros2Trajectory, BeginsAtAnArmWhoseJointHasTurnedRound) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const planner::Arm arm = turning_arm();
+  const JointVector& home = arm.home();
+  JointVector turned = home;
+  turned[0] += kTurn;
+  const auto goal = ramp(home, 0.4, 2.0);
+  EXPECT_TRUE(std::holds_alternative<ros2::TrajectoryOrder>(ros2::check_trajectory(goal, arm, turned, 0.0)));
+  EXPECT_TRUE(
+      std::holds_alternative<ros2::TrajectoryRefusal>(ros2::check_trajectory(goal, northern_arm(), turned, 0.0)))
+      << "this joint does not turn without end";
+  turned[0] += 0.06;
+  EXPECT_TRUE(std::holds_alternative<ros2::TrajectoryRefusal>(ros2::check_trajectory(goal, arm, turned, 0.0)));
+
+  auto later = goal;  // the arm comes to its first point within 0.5 s
+  later.trajectory.points.erase(later.trajectory.points.begin());
+  turned[0] = home[0] - 3.0 * kTurn;
+  const auto checked = ros2::check_trajectory(later, arm, turned, 0.0);
+  const auto* order = std::get_if<ros2::TrajectoryOrder>(&checked);
+  ASSERT_TRUE(order) << std::get<ros2::TrajectoryRefusal>(checked).text;
+  EXPECT_NEAR(order->at(0.0).q[0], home[0], 1e-9) << "it goes the short way";
+  EXPECT_NEAR(order->at(0.25).q[0], home[0] + 0.05, 1e-9);
+}
+
+TEST(Ros2Trajectory, IsRefusedWhenAJointWouldTurnRoundTooFastBetweenItsPoints) {
+  auto goal = ramp(northern_arm().home(), 0.4, 2.0);
+  goal.trajectory.points[2].positions[0] += 2.0 * std::numbers::pi;
+  const planner::Arm arm = turning_arm();
+  const auto checked = ros2::check_trajectory(goal, arm, arm.home(), 0.0);
+  ASSERT_TRUE(std::holds_alternative<ros2::TrajectoryRefusal>(checked)) << "the planner interpolates the turn";
+}
+
+TEST(Ros2Trajectory, MeasuresTheErrorOfATurningJointTheShortWay) {
+  const planner::Arm arm = turning_arm();
+  auto goal = ramp(arm.home(), 0.4, 2.0);
+  goal.goal_tolerance.push_back({"joint1", 0.01, 0.0, 0.0});
+  auto checked = ros2::check_trajectory(goal, arm, arm.home(), 0.0);
+  TrajectoryFollower follower(std::get<ros2::TrajectoryOrder>(std::move(checked)));
+  JointVector q = follower.order().trajectory.end();
+  q[0] += 0.002 - 2.0 * std::numbers::pi;
+  EXPECT_NEAR(follower.order().error(q, 2.0)[0], -0.002, 1e-9);
+  const auto end = follower.update({q, 0.01, TrajectoryFollower::GoalReport::kReached, 2.0, 1.0});
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful) << end->text;
 }
 
 TrajectoryFollower follower_of(const ros2::TrajectoryGoal& goal) {
