@@ -25,6 +25,12 @@ constexpr double kRest = 1e-3;
 /// Mean velocities between points may exceed a limit by this factor, for rounded times.
 constexpr double kVelocityRounding = 1.02;
 constexpr double kLongestDuration = 3600.0;  // [s]
+/// Of a joint without a goal tolerance, beside joints with one [rad | m]: the usual `goal_tolerance` of a cell file.
+constexpr double kJointTolerance = 2e-3;
+/// An arm rests when each joint stays within kStill for kRestTime, by positions that are at most kRecent old.
+constexpr double kStill = 1e-3;    // [rad | m]
+constexpr double kRestTime = 0.2;  // [s]
+constexpr double kRecent = 0.2;    // [s]
 
 std::string rounded(double value) {
   std::array<char, 32> text{};
@@ -202,6 +208,24 @@ JointVector TrajectoryOrder::error(const JointVector& q, double time) const {
   return planner::joint_difference(limits, q, at(time).q);
 }
 
+bool TrajectoryOrder::has_goal_tolerance() const {
+  return (goal_tolerance.array() < kInfinite).any();
+}
+
+bool TrajectoryOrder::ends_near(const JointVector& q, double time) const {
+  const auto near = [&](const JointVector& position) {
+    const JointVector off = error(position, duration()).cwiseAbs();
+    for (Eigen::Index j = 0; j < off.size(); ++j) {
+      if (off[j] > (std::isinf(goal_tolerance[j]) ? kJointTolerance : goal_tolerance[j])) return false;
+    }
+    return true;
+  };
+  const auto& points = trajectory.points;
+  const auto left = points.begin() + static_cast<std::ptrdiff_t>(trajectory.next_point(time));
+  return near(q) && near(at(time).q) &&
+         std::all_of(left, points.end(), [&](const planner::TimedPoint& point) { return near(point.q); });
+}
+
 std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names, const planner::Arm& arm) {
   const auto& joints = arm.model->joint_names;
   if (names.size() != joints.size()) return std::nullopt;
@@ -233,10 +257,18 @@ double PlannerSilence::update(std::optional<double> reported, double dt) {
   return silence_;
 }
 
+double RestTime::update(const planner::JointLimits& limits, const std::optional<JointVector>& q, double dt) {
+  const bool rests = q && since_ && planner::joint_difference(limits, *since_, *q).cwiseAbs().maxCoeff() <= kStill;
+  time_ = rests ? time_ + dt : 0.0;
+  if (!rests) since_ = q;
+  return time_;
+}
+
 std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) {
   constexpr double kLongestEstimate = 0.25;  // beyond the last report [s]
   elapsed_ += input.dt;
   const double silence = silence_.update(input.reported, input.dt);
+  rested_ = rest_.update(order_.limits, input.q_age <= kRecent ? input.q : std::nullopt, input.dt);
   rate_ = input.rate;
   reported_ = std::max(reported_, input.time);
   time_ = std::max({time_, reported_, std::min(time_ + rate_ * input.dt, reported_ + kLongestEstimate)});
@@ -260,6 +292,7 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
                                                      rounded(kAnswerTime) +
                                                      " s; `hecaton status` shows whether one runs");
       }
+      if (rests_near_end(input)) return end(TrajectoryCode::kSuccessful, "");
       if (order_.goal_time_tolerance > 0.0 && elapsed_ > order_.duration() + order_.goal_time_tolerance) {
         const bool before = input.reason.empty() && !late_because_.empty();
         return end(TrajectoryCode::kGoalTolerance, "the goal is not reached " + rounded(order_.goal_time_tolerance) +
@@ -270,15 +303,39 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
     case GoalReport::kReached:
       break;
   }
-  const JointVector error = order_.error(input.q, order_.duration()).cwiseAbs();
-  for (Eigen::Index j = 0; j < error.size(); ++j) {
-    if (error[j] > order_.goal_tolerance[j]) {
-      return end(TrajectoryCode::kGoalTolerance, "joint " + order_.joint_names[static_cast<std::size_t>(j)] + " ends " +
-                                                     rounded(error[j]) + " from the goal (tolerance " +
-                                                     rounded(order_.goal_tolerance[j]) + ")");
-    }
+  return judge_arrival(input);
+}
+
+// As a joint trajectory controller, which judges the end by the goal tolerances alone. Here the planner's own accuracy
+// counts, too. A tolerance above it lets the arm stop where something or its drive keeps it from the last point. The
+// time of the trajectory waits with the arm: a trajectory that comes back to its first point is not over there.
+bool TrajectoryFollower::rests_near_end(const Input& input) const {
+  return input.report == GoalReport::kUnderWay && input.reported && input.q && order_.has_goal_tolerance() &&
+         elapsed_ >= order_.duration() && rested_ >= kRestTime && order_.ends_near(*input.q, reported_);
+}
+
+std::optional<TrajectoryRefusal> TrajectoryFollower::judge_arrival(const Input& input) {
+  const TrajectoryRefusal success{TrajectoryCode::kSuccessful, ""};
+  if (!order_.has_goal_tolerance()) return success;
+  if (!input.q) {
+    without_position_ += input.dt;
+    if (without_position_ <= kAnswerTime) return std::nullopt;
+    return TrajectoryRefusal{TrajectoryCode::kGoalTolerance,
+                             "the goal tolerances are not checked: the driver of the arm has sent no state for " +
+                                 rounded(kAnswerTime) + " s"};
   }
-  return end(TrajectoryCode::kSuccessful, "");
+  const JointVector error = order_.error(*input.q, order_.duration()).cwiseAbs();
+  for (Eigen::Index j = 0; j < error.size(); ++j) {
+    if (error[j] <= order_.goal_tolerance[j]) continue;
+    // The drive may still settle: the planner keeps a reached goal as its target.
+    if (order_.goal_time_tolerance > 0.0 && elapsed_ <= order_.duration() + order_.goal_time_tolerance) {
+      return std::nullopt;
+    }
+    return TrajectoryRefusal{TrajectoryCode::kGoalTolerance,
+                             "joint " + order_.joint_names[static_cast<std::size_t>(j)] + " ends " + rounded(error[j]) +
+                                 " from the goal (tolerance " + rounded(order_.goal_tolerance[j]) + ")"};
+  }
+  return success;
 }
 
 std::optional<std::string> CancellationWait::update(const Input& input) {

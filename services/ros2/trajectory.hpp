@@ -34,13 +34,19 @@ struct TrajectoryOrder {
   /// Of the arm [rad | m]. A joint that turns without end has the turns of the first point.
   planner::JointVector start;
   planner::JointVector goal_tolerance;  ///< [rad | m]; infinite: the planner's tolerance counts alone
-  double goal_time_tolerance = 0.0;     ///< after the last point's time [s]; 0: no limit
+  /// After the last point's time [s]. 0: no limit on the way, and the goal tolerances hold when the planner arrives.
+  double goal_time_tolerance = 0.0;
 
   [[nodiscard]] double duration() const { return trajectory.duration(); }
   /// The state that the trajectory demands at `time`.
   [[nodiscard]] planner::JointState at(double time) const;
   /// From the position `q` to that which the trajectory demands at `time` [rad | m].
   [[nodiscard]] planner::JointVector error(const planner::JointVector& q, double time) const;
+  /// A joint has a goal tolerance.
+  [[nodiscard]] bool has_goal_tolerance() const;
+  /// `q`, and all that is left of the trajectory after `time`, are within the goal tolerances of its end. A joint
+  /// without one has the planner's usual tolerance.
+  [[nodiscard]] bool ends_near(const planner::JointVector& q, double time) const;
 };
 
 struct TrajectoryRefusal {
@@ -71,6 +77,17 @@ class PlannerSilence {
   std::optional<double> reported_;
 };
 
+/// How long an arm has been at rest: no joint has left a small interval.
+class RestTime {
+ public:
+  /// `q`: measured [rad | m]; empty: not known now. `dt`: since the last call [s]. Returns the time [s].
+  double update(const planner::JointLimits& limits, const std::optional<planner::JointVector>& q, double dt);
+
+ private:
+  std::optional<planner::JointVector> since_;
+  double time_ = 0.0;
+};
+
 /// Follows one trajectory.
 class TrajectoryFollower {
  public:
@@ -90,15 +107,17 @@ class TrajectoryFollower {
   /// until it answers, some seconds pass (docs/results.md, "ROS 2 and Python").
   static constexpr double kAnswerTime = 10.0;
   struct Input {
-    planner::JointVector q;  ///< measured [rad | m]
-    double dt;               ///< since the last call [s]
+    std::optional<planner::JointVector> q;  ///< measured [rad | m]; empty: the driver has sent none
+    double dt;                              ///< since the last call [s]
     GoalReport report = GoalReport::kUnderWay;
     double time = 0.0;                    ///< of the trajectory, as the planner reported it last [s]
     double rate = 0.0;                    ///< of that time
     std::string reason = {};              ///< of the report, and why the arm is late, for people
     std::optional<double> reported = {};  ///< age of the goal in the last report of a planner [s]; empty: none
+    double q_age = 0.0;                   ///< of q [s]
   };
-  /// The end of the trajectory; kSuccessful: at its goal. Empty: it goes on.
+  /// The end of the trajectory; kSuccessful: at its goal, also while the planner's goal is under way: the arm rests
+  /// within the goal tolerances. Empty: it goes on.
   [[nodiscard]] std::optional<TrajectoryRefusal> update(const Input& input);
 
   [[nodiscard]] const TrajectoryOrder& order() const { return order_; }
@@ -106,13 +125,20 @@ class TrajectoryFollower {
   [[nodiscard]] double rate() const { return rate_; }  ///< of that time, 0 to 1
 
  private:
+  /// The end of a trajectory whose planner has arrived.
+  [[nodiscard]] std::optional<TrajectoryRefusal> judge_arrival(const Input& input);
+  [[nodiscard]] bool rests_near_end(const Input& input) const;
+
   TrajectoryOrder order_;
   double time_ = 0.0;
   double rate_ = 0.0;
   double reported_ = 0.0;  ///< time of the last report [s]
   double elapsed_ = 0.0;   ///< since the start, with waits [s]
   PlannerSilence silence_;
-  std::string late_because_;  ///< newest reason for being late, which may be over
+  RestTime rest_;
+  double rested_ = 0.0;            ///< [s]
+  double without_position_ = 0.0;  ///< since the planner has arrived [s]
+  std::string late_because_;       ///< newest reason for being late, which may be over
 };
 
 /// Waits until the planner has ended the goal of a cancelled trajectory.

@@ -377,8 +377,12 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
 void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   if (!active_) return;
   if (active_->cancellation) return await_cancellation(now);
-  if (arm.kinematics == nullptr) return;
-  TrajectoryFollower::Input input{measured(arm), std::chrono::duration<double>(now - active_->updated).count()};
+  const auto seconds = [](Clock::duration time) { return std::chrono::duration<double>(time).count(); };
+  TrajectoryFollower::Input input{std::nullopt, seconds(now - active_->updated)};
+  if (arm.kinematics != nullptr) {
+    input.q = measured(arm);
+    input.q_age = seconds(now - arm.state->received);
+  }
   active_->updated = now;
   bool over = !active_->goal;
   const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
@@ -407,11 +411,12 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   }
   if (const auto end = active_->follower.update(input)) {
     const bool done = end->code == TrajectoryCode::kSuccessful;
-    if (!done) cancel_active(now);
+    // Also when the arm rests near enough: its planner would go on, and move the arm after the result.
+    if (!done || !over) cancel_active(now);
     return finish(done ? ActionGoals::kSucceeded : ActionGoals::kAborted, end->code, end->text, now);
   }
   const bool time_is_known = progress || !active_->restored;  // after a restart the planner says it
-  if (time_is_known && now >= fed_back_ + kFeedbackPeriod) {
+  if (arm.kinematics != nullptr && time_is_known && now >= fed_back_ + kFeedbackPeriod) {
     fed_back_ = now;
     publish_feedback(arm);
   }

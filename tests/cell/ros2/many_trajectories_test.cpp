@@ -220,6 +220,7 @@ class Customer {
     goal.goal_tolerance().resize(1);
     goal.goal_tolerance()[0].name("joint2");
     goal.goal_tolerance()[0].position(std::numeric_limits<double>::min());
+    goal.goal_time_tolerance().sec(1);
     expect_end("outside its goal tolerance", send(goal), kAborted, -5);
   }
   /// The arm turns its last joint alone, and a ball comes from above to where its tool is, and 50 mm deeper. The arm

@@ -61,8 +61,10 @@ class SilentPlanner : public SilentCell {
     serve([this](bus::Clock::time_point now) {
       ros2::ArmSnapshot snapshot;
       snapshot.arm = &arm_;
-      snapshot.state = &state_;
-      snapshot.kinematics = &kinematics_;
+      if (has_state_) {
+        snapshot.state = &state_;
+        snapshot.kinematics = &kinematics_;
+      }
       server_->update(snapshot, now);
     });
   }
@@ -70,6 +72,15 @@ class SilentPlanner : public SilentCell {
     loop_.request_stop();
     loop_.join();
     server_.reset();
+  }
+  /// Asks again until the service answers: after a restart the first requests may find none.
+  std::optional<Result> result_of(const ActionClient::Id& id) {
+    std::optional<Result> result;
+    const auto until = std::chrono::steady_clock::now() + kLong;
+    while (!result && std::chrono::steady_clock::now() < until) {
+      result = client_.await_result(client_.ask_result(id), 2s);
+    }
+    return result;
   }
   std::optional<ActionClient::Id> send_trajectory() {
     const auto& home = arm_.home();
@@ -79,6 +90,7 @@ class SilentPlanner : public SilentCell {
   const planner::Arm& arm_ = file_.cell.arms[0].arm;
   bus::Sample<msg::ArmState> state_;
   planner::Kinematics kinematics_;
+  std::atomic<bool> has_state_{true};  ///< of the driver
   TemporaryFolder run_;
   std::optional<ros2::TrajectoryServer> server_;
   ActionClient client_{peer_, arm_.name};
@@ -99,6 +111,21 @@ TEST_F(SilentPlanner, EndsACancelledTrajectoryThatNoPlannerAnswers) {
   EXPECT_NE(result->result().error_string().find("no planner of the arm has confirmed it for 10 s"), std::string::npos)
       << result->result().error_string();
   EXPECT_EQ(client_.cancel(*id), 3) << "it has ended";
+}
+
+TEST_F(SilentPlanner, EndsATrajectoryAfterARestartWithoutAStateOfTheArm) {
+  ASSERT_TRUE(client_.wait_available());
+  const auto id = send_trajectory();
+  ASSERT_TRUE(id);
+  end();
+  has_state_ = false;
+  start();
+  ahead_ = 11s;
+  const auto result = result_of(*id);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_NE(result->result().error_string().find("no planner knows the goal"), std::string::npos)
+      << result->result().error_string();
 }
 
 TEST_F(SilentPlanner, CancelsAfterARestartWhatARejectedTrajectoryReplaced) {

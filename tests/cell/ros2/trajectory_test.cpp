@@ -259,12 +259,127 @@ TEST(Ros2Trajectory, EndsOutsideItsGoalTolerance) {
   TrajectoryFollower follower = follower_of(goal);
   TrajectoryFollower::Input input = under_way(4.0, 1.0);
   input.q = follower.order().trajectory.end();
-  input.q[0] += 0.002;
+  (*input.q)[0] += 0.002;
   input.report = TrajectoryFollower::GoalReport::kReached;
   const auto end = follower.update(input);
   ASSERT_TRUE(end);
   EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
   EXPECT_EQ(end->text, "joint joint1 ends 0.002 from the goal (tolerance 0.001)");
+}
+
+TEST(Ros2Trajectory, WaitsForItsGoalToleranceUntilTheTimeTolerance) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.goal_tolerance.push_back({"joint1", 0.001, 0.0, 0.0});
+  goal.goal_time_tolerance = {1, 0};
+  TrajectoryFollower settles = follower_of(goal);
+  TrajectoryFollower::Input input = under_way(4.0, 1.0);
+  input.q = settles.order().trajectory.end();
+  (*input.q)[0] += 0.002;
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  input.dt = 4.5;
+  EXPECT_FALSE(settles.update(input)) << "0.5 s are left";
+  TrajectoryFollower late = settles;
+  input.dt = 0.01;
+  (*input.q)[0] -= 0.0015;
+  auto end = settles.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful) << end->text;
+  (*input.q)[0] += 0.0015;
+  input.dt = 0.6;
+  end = late.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_EQ(end->text, "joint joint1 ends 0.002 from the goal (tolerance 0.001)");
+}
+
+/// A trajectory of 4 s with a tolerance of joint 1, whose planner goes on reporting that its time has come to `time`.
+class LooseEnd {
+ public:
+  explicit LooseEnd(double tolerance, double time = 4.0, bool returns = false) {
+    auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+    if (returns) goal.trajectory.points.back().positions = goal.trajectory.points.front().positions;
+    if (tolerance > 0.0) goal.goal_tolerance.push_back({"joint1", tolerance, 0.0, 0.0});
+    follower_.emplace(follower_of(goal));
+    input_ = under_way(time, 0.0);
+    input_.q = follower_->order().trajectory.end();
+  }
+  TrajectoryFollower::Input& input() { return input_; }
+  JointVector& q() { return *input_.q; }
+  /// The end within `seconds` more.
+  std::optional<ros2::TrajectoryRefusal> end_within(double seconds) {
+    std::optional<ros2::TrajectoryRefusal> end;
+    for (double time = 0.0; !end && time < seconds; time += input_.dt) {
+      reported_ += input_.dt;
+      input_.reported = reported_;
+      end = follower_->update(input_);
+    }
+    return end;
+  }
+
+ private:
+  std::optional<TrajectoryFollower> follower_;
+  TrajectoryFollower::Input input_ = under_way(0.0, 0.0);
+  double reported_ = 0.0;
+};
+
+TEST(Ros2Trajectory, SucceedsAtRestWithinALooseGoalTolerance) {
+  LooseEnd rests(0.1);
+  rests.q()[0] -= 0.05;
+  EXPECT_FALSE(rests.end_within(3.9)) << "its time is not over";
+  const auto end = rests.end_within(1.0);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful) << end->text;
+
+  LooseEnd without(0.0);
+  without.q()[0] -= 0.001;
+  EXPECT_FALSE(without.end_within(20.0)) << "the planner's tolerance counts alone";
+  LooseEnd outside(0.04);
+  outside.q()[0] -= 0.05;
+  EXPECT_FALSE(outside.end_within(20.0));
+  LooseEnd other_joint(0.1);
+  other_joint.q()[1] += 0.05;
+  EXPECT_FALSE(other_joint.end_within(20.0)) << "joint 2 has no tolerance of its own";
+  LooseEnd old(0.1);
+  old.input().q_age = 1.0;
+  EXPECT_FALSE(old.end_within(20.0)) << "the driver is silent: the arm may move";
+  LooseEnd moves(0.1);
+  for (int i = 0; i < 200; ++i) {
+    moves.q()[0] += i % 2 == 0 ? 0.005 : -0.005;
+    EXPECT_FALSE(moves.end_within(0.1)) << i;
+  }
+}
+
+TEST(Ros2Trajectory, IsNotOverWhereItPassesItsEndBefore) {
+  LooseEnd stopped_at_start(0.1, 0.5, true);
+  EXPECT_FALSE(stopped_at_start.end_within(20.0)) << "something stops the arm near its first point, which is the last";
+  LooseEnd stopped_near_end(0.1, 3.9, true);
+  EXPECT_TRUE(stopped_near_end.end_within(20.0));
+}
+
+TEST(Ros2Trajectory, EndsWithoutAStateOfItsArm) {
+  TrajectoryFollower silent = follower_of(ramp(northern_arm().home(), 0.8, 4.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.q.reset();
+  input.dt = 11.0;
+  input.report = TrajectoryFollower::GoalReport::kUnanswered;
+  auto end = silent.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_NE(end->text.find("no planner of the arm has answered"), std::string::npos) << end->text;
+
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  input.report = TrajectoryFollower::GoalReport::kReached;
+  TrajectoryFollower arrived = follower_of(goal);
+  end = arrived.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kSuccessful) << "it has no tolerance to check";
+  goal.goal_tolerance.push_back({"joint1", 0.1, 0.0, 0.0});
+  TrajectoryFollower unchecked = follower_of(goal);
+  input.dt = 6.0;
+  EXPECT_FALSE(unchecked.update(input));
+  end = unchecked.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+  EXPECT_NE(end->text.find("has sent no state for 10 s"), std::string::npos) << end->text;
 }
 
 TEST(Ros2Trajectory, EndsWhenItsTimeToleranceIsOver) {
