@@ -468,7 +468,7 @@ Connection::GoalTopics& Connection::goal_topics() {
   return *endpoints_.goals;
 }
 
-std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
+std::shared_ptr<GoalRecord> Connection::record_of(msg::Goal goal) {
   const Lock lock(mutex_);
   goal.client(name_);
   goal.goal(name_ + "/" + std::to_string(++numbers_));
@@ -476,13 +476,32 @@ std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
   goal.stamp_ns(services::stamp_now());
   require_acceptable(goal);
   auto record = std::make_shared<GoalRecord>();
-  record->goal = goal;
+  record->goal = std::move(goal);
   record->sent = Clock::now();
+  return record;
+}
+
+void Connection::write(const std::shared_ptr<GoalRecord>& record) {
+  const Lock lock(mutex_);
+  const msg::Goal& goal = record->goal;
   if (const auto result = goal_topics().goals.write(goal); !result) {
     throw Unreachable({"the goal could not be sent: " + result.reason, {}, "the planner of arm '" + goal.arm() + "'"});
   }
   goals_[goal.goal()] = record;
+}
+
+std::shared_ptr<GoalRecord> Connection::send(msg::Goal goal) {
+  auto record = record_of(std::move(goal));
+  write(record);
   return record;
+}
+
+Goal Connection::prepare(const std::shared_ptr<Connection>& connection, msg::Goal goal) {
+  return {connection, connection->record_of(std::move(goal))};
+}
+
+void Connection::send_prepared(const Goal& goal) {
+  write(goal.record_);
 }
 
 Goal Connection::adopt(const std::shared_ptr<Connection>& connection, const std::string& arm, const std::string& goal) {

@@ -98,6 +98,11 @@ class Connection {
 
   /// Sets client, identifier, sequence number and stamp of the goal and writes it. Throws Unreachable.
   [[nodiscard]] std::shared_ptr<GoalRecord> send(msg::Goal goal);
+  /// The two halves of send(), for a process that saves the identifier before any planner knows it. A prepared goal has
+  /// client, identifier, sequence number and stamp. Throws InvalidArgument.
+  [[nodiscard]] static Goal prepare(const std::shared_ptr<Connection>& connection, msg::Goal goal);
+  /// Writes a prepared goal. Throws Unreachable.
+  void send_prepared(const Goal& goal);
   /// A goal of an arm that another connection has sent: this one follows and cancels it, and sends nothing now.
   [[nodiscard]] static Goal adopt(const std::shared_ptr<Connection>& connection, const std::string& arm,
                                   const std::string& goal);
@@ -194,6 +199,8 @@ class Connection {
   void listen();
   void run();
   void refuse_in_callback() const;
+  [[nodiscard]] std::shared_ptr<GoalRecord> record_of(msg::Goal goal);
+  void write(const std::shared_ptr<GoalRecord>& record);
 
   std::string where_;
   std::vector<std::string> supervisors_;
