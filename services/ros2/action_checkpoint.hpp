@@ -31,7 +31,7 @@ struct SavedRequest {
 /// A goal under way.
 struct SavedTrajectory {
   UUID id;
-  std::string goal;  ///< identifier for the planner; empty: not sent yet
+  std::string goal;  ///< identifier for the planner, which may not have received it
   TrajectoryGoal order;
   std::vector<double> start;  ///< position of the arm when it was accepted [rad | m]
   std::int64_t begun_ns = 0;  ///< steady clock
@@ -46,8 +46,11 @@ struct SavedAction {
   std::string arm;
   std::vector<SavedGoal> goals;  ///< in the order of acceptance
   std::vector<SavedRequest> requests;
-  std::vector<SavedTrajectory> active;  ///< at most one
-  static void fields(auto& self, auto& visit) { visit(self.arm, self.goals, self.requests, self.active); }
+  std::vector<SavedTrajectory> active;   ///< at most one
+  std::vector<std::string> uncancelled;  ///< goals of the planner that have ended here, and are still to be cancelled
+  static void fields(auto& self, auto& visit) {
+    visit(self.arm, self.goals, self.requests, self.active, self.uncancelled);
+  }
 };
 
 /// For one thread.

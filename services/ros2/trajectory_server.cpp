@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "services/client/convert.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::ros2 {
@@ -12,8 +13,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kFeedbackPeriod = 40ms;
-constexpr auto kCancelPeriod = 1s;         // between attempts to cancel
-constexpr std::size_t kMostWaiting = 64;   // requests for results
 constexpr std::size_t kMostReplaced = 16;  // trajectories that wait for an answer of the planner
 /// After a restart, clients of the earlier process are discovered within this time, and planners report their goals.
 constexpr auto kRediscovery = 3s;
@@ -152,6 +151,56 @@ void ActionGoals::restore(const std::vector<SavedGoal>& goals) {
   }
 }
 
+void ResultRequests::add(const ActionGoals::Id& goal, const bus::ros2::RequestId& request) {
+  entries_.push_back({goal, request});
+  if (entries_.size() <= kMost) return;
+  auto dropped = entries_.begin();
+  for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
+    const bool repeated = std::any_of(entry + 1, entries_.end(), [&](const Entry& later) {
+      return later.goal == entry->goal && later.request.client == entry->request.client;
+    });
+    if (!repeated) continue;
+    dropped = entry;
+    break;
+  }
+  entries_.erase(dropped);
+}
+
+std::size_t ResultRequests::answer(const std::function<bool(const Entry&)>& answer) {
+  return std::erase_if(entries_, answer);
+}
+
+void Cancellations::add(const std::string& goal, std::function<void()> send, Clock::time_point now) {
+  std::erase_if(unsent_, [&](const Entry& entry) { return entry.goal == goal; });
+  Entry entry{goal, std::move(send)};
+  if (sent(entry)) return;
+  tried_ = now;
+  unsent_.push_back(std::move(entry));
+}
+
+void Cancellations::retry(Clock::time_point now) {
+  if (unsent_.empty() || now < tried_ + kPeriod) return;
+  tried_ = now;
+  std::erase_if(unsent_, [this](const Entry& entry) { return sent(entry); });
+}
+
+std::vector<std::string> Cancellations::unsent() const {
+  std::vector<std::string> goals;
+  for (const Entry& entry : unsent_) goals.push_back(entry.goal);
+  return goals;
+}
+
+bool Cancellations::sent(const Entry& entry) const {
+  try {
+    entry.send();
+    return true;
+  } catch (const Error& error) {
+    services::log_warning("trajectory not cancelled at its planner",
+                          {{"arm", arm_}, {"goal", entry.goal}, {"reason", error.what()}});
+    return false;
+  }
+}
+
 TrajectoryServer::TrajectoryServer(bus::Participant& participant, const std::string& ns, const planner::Arm& arm,
                                    const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox,
                                    const std::string& checkpoint)
@@ -163,61 +212,73 @@ TrajectoryServer::TrajectoryServer(bus::Participant& participant, const std::str
       get_result_(participant, service_of(action_name(ns, arm) + "get_result", type::kTrajectoryResult), mailbox),
       feedback_(participant, action_name(ns, arm) + "feedback", type::kTrajectoryFeedback),
       status_(participant, action_name(ns, arm) + "status", type::kGoalStatuses, Delivery::kLatched),
+      cancellations_(arm.name),
       unreadable_(action_name(ns, arm), "control_msgs/action/FollowJointTrajectory") {
   restore();
 }
 
+// A killed process leaves goals of three kinds. The planner reports those that it has received. Those that it never
+// received end as lost. Those that have ended here, but perhaps not there, have no client any more: they are cancelled.
 void TrajectoryServer::restore() {
   const auto saved = checkpoint_.load(arm_.name);
   if (!saved) return;
   restored_ = Clock::now();
   goals_.restore(saved->goals);
   for (const SavedRequest& request : saved->requests) {
-    waiting_.emplace_back(request.goal.uuid, bus::ros2::RequestId{{request.client}, request.number});
+    waiting_.add(request.goal.uuid, bus::ros2::RequestId{{request.client}, request.number});
   }
+  std::vector<std::string> ownerless = saved->uncancelled;
   for (const SavedTrajectory& active : saved->active) {
-    if (!active_ && goals_.knows(active.id.uuid)) restore(active, restored_);
+    // The planner may still follow these, if it has not received the trajectory.
+    ownerless.insert(ownerless.end(), active.replaced.begin(), active.replaced.end());
+    if (!restore(active, restored_)) ownerless.push_back(active.goal);
   }
+  for (const std::string& goal : ownerless) {
+    if (!goal.empty()) cancel(client::Connection::adopt(connection_, arm_.name, goal), restored_);
+  }
+  for (const SavedGoal& goal : saved->goals) {
+    const ActionGoals::Id& id = goal.info.goal_id.uuid;
+    if (goals_.result(id) || (active_ && active_->id == id)) continue;
+    goals_.end(id, ActionGoals::kAborted,
+               {static_cast<std::int32_t>(TrajectoryCode::kInvalidGoal),
+                "the trajectory does not go on after a restart of hecaton-ros2"},
+               restored_);
+  }
+  save();
   status_.publish(goals_.statuses());
 }
 
-void TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point now) {
+bool TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point now) {
   const ActionGoals::Id& id = active.id.uuid;
   const auto joints = static_cast<std::ptrdiff_t>(active.start.size());
+  if (active_ || active.goal.empty() || goals_.result(id) || joints != arm_.model->joints()) return false;
   const planner::JointVector start = Eigen::Map<const Eigen::VectorXd>(active.start.data(), joints);
-  std::optional<TrajectoryOrder> order;
-  if (joints == arm_.model->joints()) {
-    auto checked = check_trajectory(active.order, arm_, start, 0.0);
-    if (auto* accepted = std::get_if<TrajectoryOrder>(&checked)) order = std::move(*accepted);
-  }
-  std::vector<Goal> replaced;
-  for (const std::string& goal : active.replaced) {
-    replaced.push_back(client::Connection::adopt(connection_, arm_.name, goal));
-  }
-  if (!order || active.goal.empty()) {
-    static_cast<void>(cancel(std::move(replaced)));
-    goals_.end(id, ActionGoals::kAborted,
-               {static_cast<std::int32_t>(TrajectoryCode::kInvalidGoal),
-                "hecaton-ros2 was restarted before it had sent the trajectory"},
-               now);
-    return;
-  }
+  auto checked = check_trajectory(active.order, arm_, start, 0.0);
+  auto* order = std::get_if<TrajectoryOrder>(&checked);
+  if (order == nullptr) return false;
   const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
-  active_.emplace(Active{id, TrajectoryFollower(std::move(*order)), active.order,
-                         client::Connection::adopt(connection_, arm_.name, active.goal), std::move(replaced), begun,
-                         begun, std::nullopt, true});
+  active_.emplace(Active{id,
+                         TrajectoryFollower(std::move(*order)),
+                         active.order,
+                         client::Connection::adopt(connection_, arm_.name, active.goal),
+                         {},
+                         begun,
+                         begun,
+                         std::nullopt,
+                         true});
   if (active.canceling) {
     active_->cancellation.emplace();
     active_->updated = now;
     cancel_active(now);
   }
   services::log_info("trajectory continues after a restart", {{"arm", arm_.name}, {"goal", active.goal}});
+  return true;
 }
 
 /// Before a client is answered: the answer is a promise.
 void TrajectoryServer::save() {
-  SavedAction action{arm_.name, goals_.saved(), {}, {}};
-  for (const auto& [goal, request] : waiting_) {
+  SavedAction action{arm_.name, goals_.saved(), {}, {}, cancellations_.unsent()};
+  for (const auto& [goal, request] : waiting_.all()) {
     action.requests.push_back({{goal}, request.client.bytes, request.number});
   }
   if (active_) {
@@ -225,7 +286,7 @@ void TrajectoryServer::save() {
     std::vector<std::string> replaced;
     for (const Goal& goal : active_->replaced) replaced.push_back(goal.id());
     action.active.push_back({{active_->id},
-                             active_->goal ? active_->goal->id() : std::string(),
+                             active_->goal.id(),
                              active_->order,
                              {start.begin(), start.end()},
                              stamp_of(active_->begun),
@@ -235,9 +296,15 @@ void TrajectoryServer::save() {
   checkpoint_.save(action);
 }
 
+// Requests are numbered for each client and service only. When a goal and a cancellation of all goals arrive together,
+// their order is not known, and the cancellation comes first. A client that must cancel a new goal waits for its
+// acceptance. One that cancels all goals before a new one need not wait. A cancellation that names its goal comes
+// behind it.
 void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
+  const std::vector<CancelRequest> of_unknown_goals = take_cancellations(now);
   take_goals(arm, now);
-  take_cancellations(now);
+  for (const CancelRequest& request : of_unknown_goals) carry_out(request, now);
+  cancellations_.retry(now);
   follow(arm, now);
   take_result_requests(now);
   send_results(now);
@@ -279,45 +346,67 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
     return refuse(TrajectoryCode::kInvalidGoal, "the planner of arm " + arm_.name + " has not answered the last " +
                                                     std::to_string(kMostReplaced) + " trajectories");
   }
-  if (active_) {
-    finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, "a later trajectory has replaced this one", now);
+  auto& order = std::get<TrajectoryOrder>(checked);
+  std::optional<Goal> goal;
+  try {
+    goal = prepared(order.trajectory);
+  } catch (const Error& error) {
+    return refuse(TrajectoryCode::kInvalidGoal, error.what());
   }
-  active_.emplace(Active{id, TrajectoryFollower(std::get<TrajectoryOrder>(std::move(checked))), request.goal,
-                         std::nullopt, std::move(replaced), now, now});
+  if (active_ && active_->cancellation) {
+    end_active(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, "canceled by its client", now);
+  } else if (active_) {
+    end_active(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, "a later trajectory has replaced this one", now);
+  }
+  active_.emplace(Active{id, TrajectoryFollower(std::move(order)), request.goal, *goal, std::move(replaced), now, now});
   services::log_info("trajectory accepted", {{"arm", arm_.name}, {"duration_s", active_->follower.order().duration()}});
-  send_goal(now);
+  // All of the replacement at once, before the planner can receive it: a successor of this process then knows each goal
+  // that the planner may have.
   save();
+  send_goal(now);
   status_.publish(goals_.statuses());
 }
 
 std::vector<Goal> TrajectoryServer::replaceable() const {
   if (!active_) return {};
   std::vector<Goal> goals;
-  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  const auto progress = active_->goal.progress();
   if (!progress || progress->state == GoalState::kRejected) goals = active_->replaced;
-  if (active_->goal && !(progress && is_final(progress->state))) goals.push_back(*active_->goal);
+  if (!progress || !is_final(progress->state)) goals.push_back(active_->goal);
   return goals;
 }
 
-void TrajectoryServer::take_cancellations(Clock::time_point now) {
+std::vector<TrajectoryServer::CancelRequest> TrajectoryServer::take_cancellations(Clock::time_point now) {
+  std::vector<CancelRequest> of_unknown_goals;
   for (const bus::ros2::Request& request : cancel_goal_.take()) {
     const auto cancel = decoded<CancelGoalRequest>(request.bytes);
     if (!cancel) {
       unreadable_.note(now);
       continue;
     }
-    const CancelGoalResponse response = goals_.cancellable(cancel->goal_info);
-    for (const GoalInfo& goal : response.goals_canceling) {
-      if (!active_ || active_->id != goal.goal_id.uuid || active_->cancellation) continue;
-      active_->cancellation.emplace();
-      active_->updated = now;
-      cancel_active(now);
-      goals_.set_status(active_->id, ActionGoals::kCanceling);
-      save();
-      status_.publish(goals_.statuses());
+    const ActionGoals::Id& id = cancel->goal_info.goal_id.uuid;
+    const CancelRequest each{request.id, cancel->goal_info};
+    if (id == ActionGoals::Id{} || goals_.knows(id)) {
+      carry_out(each, now);
+    } else {
+      of_unknown_goals.push_back(each);
     }
-    cancel_goal_.reply(request.id, encoded(response));
   }
+  return of_unknown_goals;
+}
+
+void TrajectoryServer::carry_out(const CancelRequest& request, Clock::time_point now) {
+  const CancelGoalResponse response = goals_.cancellable(request.goal);
+  for (const GoalInfo& goal : response.goals_canceling) {
+    if (!active_ || active_->id != goal.goal_id.uuid || active_->cancellation) continue;
+    active_->cancellation.emplace();
+    active_->updated = now;
+    goals_.set_status(active_->id, ActionGoals::kCanceling);
+    save();  // a successor of this process cancels it, too
+    cancel_active(now);
+    status_.publish(goals_.statuses());
+  }
+  cancel_goal_.reply(request.id, encoded(response));
 }
 
 void TrajectoryServer::take_result_requests(Clock::time_point now) {
@@ -327,25 +416,23 @@ void TrajectoryServer::take_result_requests(Clock::time_point now) {
       unreadable_.note(now);
       continue;
     }
-    if (waiting_.size() >= kMostWaiting) waiting_.erase(waiting_.begin());
-    waiting_.emplace_back(wanted->goal_id.uuid, request.id);
+    waiting_.add(wanted->goal_id.uuid, request.id);
     if (!goals_.result(wanted->goal_id.uuid)) save();
   }
 }
 
 void TrajectoryServer::send_results(Clock::time_point now) {
   if (now < restored_ + kRediscovery) return;
-  const std::size_t answered = std::erase_if(waiting_, [&](const auto& entry) {
-    const auto result = goals_.result(entry.first);
+  const std::size_t answered = waiting_.answer([&](const ResultRequests::Entry& entry) {
+    const auto result = goals_.result(entry.goal);
     if (!result) return false;
-    get_result_.reply(entry.second, encoded(*result));
+    get_result_.reply(entry.request, encoded(*result));
     return true;
   });
   if (answered > 0) save();
 }
 
-void TrajectoryServer::send_goal(Clock::time_point now) {
-  const planner::TimedTrajectory& from = active_->follower.order().trajectory;
+Goal TrajectoryServer::prepared(const planner::TimedTrajectory& from) const {
   const auto values = [](const planner::JointVector& q) { return std::vector<double>(q.begin(), q.end()); };
   const auto all_have = [&](auto member) {
     return std::all_of(from.points.begin(), from.points.end(),
@@ -366,10 +453,18 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
       trajectory.path_tolerance.push_back(std::isfinite(tolerance) ? tolerance : 0.0);
     }
   }
+  msg::Goal goal;
+  goal.arm(arm_.name);
+  goal.kind(msg::GoalKind::GOAL_TRAJECTORY);
+  goal.trajectory(client::to_message(trajectory));
+  return client::Connection::prepare(connection_, std::move(goal));
+}
+
+void TrajectoryServer::send_goal(Clock::time_point now) {
   try {
-    active_->goal = Cell(connection_).arm(arm_.name).follow(trajectory);
+    connection_->send_prepared(active_->goal);
   } catch (const Error& error) {
-    cancel_active(now);
+    for (const Goal& goal : active_->replaced) cancel(goal, now);
     finish(ActionGoals::kAborted, TrajectoryCode::kInvalidGoal, error.what(), now);
   }
 }
@@ -384,8 +479,8 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
     input.q_age = seconds(now - arm.state->received);
   }
   active_->updated = now;
-  bool over = !active_->goal;
-  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  bool over = false;
+  const auto progress = active_->goal.progress();
   if (!progress && !active_->restored) input.report = TrajectoryFollower::GoalReport::kUnanswered;
   if (progress) input.reported = progress->elapsed.count();
   if (is_lost_since_restart(progress, now)) {
@@ -395,7 +490,10 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   }
   if (progress) {
     over = is_final(progress->state);
-    if (progress->state != GoalState::kRejected) active_->replaced.clear();  // the planner has left them
+    if (progress->state != GoalState::kRejected && !active_->replaced.empty()) {
+      active_->replaced.clear();  // the planner has left them
+      save();
+    }
     input.reason = reason_of(*progress);
     if (progress->trajectory_time) input.time = progress->trajectory_time->count();
     input.rate = progress->trajectory_rate;
@@ -423,11 +521,10 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
 }
 
 void TrajectoryServer::await_cancellation(Clock::time_point now) {
-  if (!active_->cancel_sent && now >= cancel_tried_ + kCancelPeriod) cancel_active(now);
-  const auto progress = active_->goal ? active_->goal->progress() : std::nullopt;
+  const auto progress = active_->goal.progress();
   CancellationWait::Input input{std::chrono::duration<double>(now - active_->updated).count()};
   active_->updated = now;
-  input.over = !active_->goal || (progress && is_final(progress->state)) || is_lost_since_restart(progress, now);
+  input.over = (progress && is_final(progress->state)) || is_lost_since_restart(progress, now);
   if (progress) input.reported = progress->elapsed.count();
   if (const auto end = active_->cancellation->update(input)) {
     finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, *end, now);
@@ -435,20 +532,13 @@ void TrajectoryServer::await_cancellation(Clock::time_point now) {
 }
 
 void TrajectoryServer::cancel_active(Clock::time_point now) {
-  cancel_tried_ = now;
-  std::vector<Goal> goals = active_->replaced;
-  if (active_->goal) goals.push_back(*active_->goal);
-  active_->cancel_sent = cancel(std::move(goals));
+  for (const Goal& goal : active_->replaced) cancel(goal, now);
+  cancel(active_->goal, now);
 }
 
-bool TrajectoryServer::cancel(std::vector<Goal> goals) const {
-  try {
-    for (Goal& goal : goals) goal.cancel();
-    return true;
-  } catch (const Error& error) {
-    services::log_warning("trajectory not cancelled at its planner", {{"arm", arm_.name}, {"reason", error.what()}});
-    return false;
-  }
+void TrajectoryServer::cancel(const Goal& goal, Clock::time_point now) {
+  cancellations_.add(
+      goal.id(), [goal] { goal.cancel(); }, now);
 }
 
 bool TrajectoryServer::is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const {
@@ -456,11 +546,16 @@ bool TrajectoryServer::is_lost_since_restart(const std::optional<Progress>& prog
 }
 
 void TrajectoryServer::finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now) {
+  end_active(status, code, text, now);
+  save();
+  status_.publish(goals_.statuses());
+}
+
+void TrajectoryServer::end_active(std::int8_t status, TrajectoryCode code, const std::string& text,
+                                  Clock::time_point now) {
   goals_.end(active_->id, status, {static_cast<std::int32_t>(code), text}, now);
   services::log_info("trajectory ended", {{"arm", arm_.name}, {"status", static_cast<int>(status)}, {"reason", text}});
   active_.reset();
-  save();
-  status_.publish(goals_.statuses());
 }
 
 void TrajectoryServer::publish_feedback(const ArmSnapshot& arm) {

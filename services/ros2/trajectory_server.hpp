@@ -3,6 +3,7 @@
 
 #include <array>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -69,6 +70,55 @@ class ActionGoals {
   std::deque<Id> order_;  ///< of acceptance
 };
 
+/// Requests for results of goals that have not ended, oldest first.
+class ResultRequests {
+ public:
+  struct Entry {
+    ActionGoals::Id goal;
+    bus::ros2::RequestId request;
+  };
+  static constexpr std::size_t kMost = 64;
+
+  /// Of more than kMost, the oldest one is dropped that its client has repeated for the same goal; without such, the
+  /// oldest.
+  void add(const ActionGoals::Id& goal, const bus::ros2::RequestId& request);
+  /// Calls `answer` with each entry, and removes those for which it returns true. Returns their number.
+  std::size_t answer(const std::function<bool(const Entry&)>& answer);
+  [[nodiscard]] const std::vector<Entry>& all() const { return entries_; }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+/// Cancellations for the planner of an arm, each repeated until it is sent: an arm must not go on along a trajectory
+/// that has ended for its client.
+class Cancellations {
+ public:
+  using Clock = bus::Clock;
+
+  static constexpr std::chrono::seconds kPeriod{1};  ///< between attempts
+
+  explicit Cancellations(std::string arm) : arm_(std::move(arm)) {}
+
+  /// Sends a cancellation now. `send` throws Error when it cannot; the reason is logged.
+  void add(const std::string& goal, std::function<void()> send, Clock::time_point now);
+  /// Sends again what could not be sent. Call it in each period.
+  void retry(Clock::time_point now);
+  /// Goals whose cancellation could not be sent yet.
+  [[nodiscard]] std::vector<std::string> unsent() const;
+
+ private:
+  struct Entry {
+    std::string goal;
+    std::function<void()> send;
+  };
+  [[nodiscard]] bool sent(const Entry& entry) const;
+
+  std::string arm_;
+  std::vector<Entry> unsent_;
+  Clock::time_point tried_{};
+};
+
 /// For one thread.
 class TrajectoryServer {
  public:
@@ -92,22 +142,28 @@ class TrajectoryServer {
   struct Active {
     ActionGoals::Id id;
     TrajectoryFollower follower;
-    TrajectoryGoal order;      ///< as the client wrote it
-    std::optional<Goal> goal;  ///< for the planner
-    std::vector<Goal> replaced =
-        {};  ///< which the planner goes on with if it rejects this one: then they are cancelled
+    TrajectoryGoal order;  ///< as the client wrote it
+    Goal goal;             ///< for the planner
+    /// Which the planner goes on with if it rejects this one: then they are cancelled.
+    std::vector<Goal> replaced = {};
     Clock::time_point begun{};
     Clock::time_point updated{};
     std::optional<CancellationWait> cancellation = {};  ///< empty: no client has cancelled it
-    bool restored = false;                              ///< an earlier process has sent it
-    bool cancel_sent = false;
+    bool restored = false;                              ///< an earlier process has accepted it
+  };
+  struct CancelRequest {
+    bus::ros2::RequestId id;
+    GoalInfo goal;
   };
 
   void restore();
-  void restore(const SavedTrajectory& active, Clock::time_point now);
+  /// False: the trajectory cannot go on.
+  [[nodiscard]] bool restore(const SavedTrajectory& active, Clock::time_point now);
   void save();
   void take_goals(const ArmSnapshot& arm, Clock::time_point now);
-  void take_cancellations(Clock::time_point now);
+  /// Carries out what has arrived but for requests that name an unknown goal, which it returns.
+  [[nodiscard]] std::vector<CancelRequest> take_cancellations(Clock::time_point now);
+  void carry_out(const CancelRequest& request, Clock::time_point now);
   void take_result_requests(Clock::time_point now);
   void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
   /// Earlier goals that the planner may still go on with when a later one comes: the active one, and before it accepts
@@ -115,13 +171,15 @@ class TrajectoryServer {
   [[nodiscard]] std::vector<Goal> replaceable() const;
   void follow(const ArmSnapshot& arm, Clock::time_point now);
   void await_cancellation(Clock::time_point now);
-  /// Cancels the active goal, and those that it replaces, at the planner. A failure is logged; later calls try again,
-  /// once a second.
+  /// Cancels the active goal, and those that it replaces, at the planner.
   void cancel_active(Clock::time_point now);
-  /// False: one could not be cancelled, which is logged.
-  [[nodiscard]] bool cancel(std::vector<Goal> goals) const;
+  void cancel(const Goal& goal, Clock::time_point now);
   [[nodiscard]] bool is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const;
+  /// Ends the active goal, saves and publishes that.
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
+  void end_active(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
+  /// A goal for the planner, not sent yet. Throws Error.
+  [[nodiscard]] Goal prepared(const planner::TimedTrajectory& from) const;
   void send_goal(Clock::time_point now);
   void send_results(Clock::time_point now);
   void publish_feedback(const ArmSnapshot& arm);
@@ -136,9 +194,9 @@ class TrajectoryServer {
   Publisher<GoalStatusArray> status_;
   ActionGoals goals_;
   std::optional<Active> active_;
-  std::vector<std::pair<ActionGoals::Id, bus::ros2::RequestId>> waiting_;  ///< requests for results of running goals
+  ResultRequests waiting_;
+  Cancellations cancellations_;
   Clock::time_point fed_back_{};
-  Clock::time_point cancel_tried_{};
   Clock::time_point restored_{};  ///< when this process has continued those of an earlier one
   UnreadableLog unreadable_;      ///< requests of its services
 };

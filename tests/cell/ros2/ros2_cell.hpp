@@ -102,18 +102,30 @@ class ActionClient {
     return goal;
   }
 
-  std::optional<Id> send(const control_msgs::action::FollowJointTrajectory_Goal& goal) {
-    static std::atomic<std::uint32_t> count = 0;
+  /// A goal whose answer is awaited.
+  struct Sent {
     Id id{};
+    rtps::SampleIdentity request;
+  };
+  Sent begin_send(const control_msgs::action::FollowJointTrajectory_Goal& goal) {
+    static std::atomic<std::uint32_t> count = 0;
+    Sent sent;
     const std::uint32_t number = ++count;
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&number), 4, id.begin());
-    id[15] = static_cast<std::uint8_t>(arm_[0]);
+    std::copy_n(reinterpret_cast<const std::uint8_t*>(&number), 4, sent.id.begin());
+    sent.id[15] = static_cast<std::uint8_t>(arm_[0]);
     control_msgs::action::FollowJointTrajectory_SendGoal_Request request;
-    request.goal_id().uuid(id);
+    request.goal_id().uuid(sent.id);
     request.goal(goal);
-    const auto response = send_.call(request);
-    if (!response || !response->accepted()) return std::nullopt;
-    return id;
+    sent.request = send_.send(request);
+    return sent;
+  }
+  bool end_send(const Sent& sent) {
+    const auto response = send_.receive(sent.request);
+    return response && response->accepted();
+  }
+  std::optional<Id> send(const control_msgs::action::FollowJointTrajectory_Goal& goal) {
+    const Sent sent = begin_send(goal);
+    return end_send(sent) ? std::optional(sent.id) : std::nullopt;
   }
   /// Whether a goal of that identifier is accepted.
   bool send_again(const Id& id) {
@@ -132,12 +144,20 @@ class ActionClient {
     return result_.receive(asked, limit);
   }
   /// `seconds`: of the stamp.
-  std::optional<action_msgs::srv::CancelGoal_Response> ask_cancel(const Id& id, std::int32_t seconds) {
+  rtps::SampleIdentity begin_cancel(const Id& id, std::int32_t seconds) {
     action_msgs::srv::CancelGoal_Request request;
     request.goal_info().goal_id().uuid(id);
     request.goal_info().stamp().sec(seconds);
-    return cancel_.call(request);
+    return cancel_.send(request);
   }
+  std::optional<action_msgs::srv::CancelGoal_Response> end_cancel(const rtps::SampleIdentity& request) {
+    return cancel_.receive(request);
+  }
+  std::optional<action_msgs::srv::CancelGoal_Response> ask_cancel(const Id& id, std::int32_t seconds) {
+    return end_cancel(begin_cancel(id, seconds));
+  }
+  /// The server has the goals and cancellations that were sent.
+  bool wait_received() { return send_.wait_received() && cancel_.wait_received(); }
   int cancel(const Id& id) {
     const auto response = ask_cancel(id, 0);
     return response ? response->return_code() : -1;

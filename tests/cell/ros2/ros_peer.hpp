@@ -249,6 +249,8 @@ class PeerClient {
   /// The server is there when both topics have matched.
   bool wait_available() { return requests_.wait_matched() && replies_.wait_matched(); }
   rtps::SampleIdentity send(const Request& request) { return requests_.request(request, replies_.guid()); }
+  /// The server has the requests that were sent.
+  bool wait_received() { return requests_.wait_acknowledged(); }
   std::optional<Reply> receive(const rtps::SampleIdentity& of, std::chrono::seconds limit = kLong) {
     auto sample = replies_.await([&](const auto& candidate) { return candidate.related == of; }, limit);
     return sample ? std::optional<Reply>(std::move(sample->value)) : std::nullopt;

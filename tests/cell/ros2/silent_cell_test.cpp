@@ -1,11 +1,15 @@
 /// The servers of hecaton-ros2 in a cell whose planners and supervisor are silent.
 
 #include <atomic>
+#include <deque>
 #include <functional>
+#include <future>
+#include <set>
 #include <thread>
 
 #include "planner/model/kinematics.hpp"
 #include "services/client/connection.hpp"
+#include "services/ros2/action_checkpoint.hpp"
 #include "services/ros2/control.hpp"
 #include "services/ros2/scene_editor.hpp"
 #include "tests/cell/ros2/ros2_cell.hpp"
@@ -57,7 +61,11 @@ class SilentPlanner : public SilentCell {
   ~SilentPlanner() override { end(); }
   /// The service, with what an earlier one has left.
   void start() {
-    server_.emplace(participant_, "/cell", arm_, connection_, mailbox_, run_.path("ros2-north"));
+    make_server();
+    run();
+  }
+  void make_server() { server_.emplace(participant_, "/cell", arm_, connection_, mailbox_, checkpoint_); }
+  void run() {
     serve([this](bus::Clock::time_point now) {
       ros2::ArmSnapshot snapshot;
       snapshot.arm = &arm_;
@@ -68,9 +76,13 @@ class SilentPlanner : public SilentCell {
       server_->update(snapshot, now);
     });
   }
-  void end() {
+  /// Requests wait until run().
+  void pause() {
     loop_.request_stop();
     loop_.join();
+  }
+  void end() {
+    pause();
     server_.reset();
   }
   /// Asks again until the service answers: after a restart the first requests may find none.
@@ -82,9 +94,20 @@ class SilentPlanner : public SilentCell {
     }
     return result;
   }
-  std::optional<ActionClient::Id> send_trajectory() {
+  [[nodiscard]] auto trajectory() const {
     const auto& home = arm_.home();
-    return client_.send(client_.ramp({home.begin(), home.end()}, {0.3, 0.1, -0.1, 0.2, 0.0, 0.0}, 60.0));
+    return client_.ramp({home.begin(), home.end()}, {0.3, 0.1, -0.1, 0.2, 0.0, 0.0}, 60.0);
+  }
+  std::optional<ActionClient::Id> send_trajectory() { return client_.send(trajectory()); }
+  /// Waits until the service publishes these statuses of its newest goals, oldest first.
+  bool wait_for_statuses(const std::vector<int>& newest) {
+    const auto fits = [&](const auto& message) {
+      const auto& list = message.status_list();
+      return list.size() >= newest.size() &&
+             std::equal(newest.rbegin(), newest.rend(), list.rbegin(),
+                        [](int status, const auto& goal) { return goal.status() == status; });
+    };
+    return client_.statuses.next(fits).has_value();
   }
 
   const planner::Arm& arm_ = file_.cell.arms[0].arm;
@@ -92,6 +115,7 @@ class SilentPlanner : public SilentCell {
   planner::Kinematics kinematics_;
   std::atomic<bool> has_state_{true};  ///< of the driver
   TemporaryFolder run_;
+  std::string checkpoint_ = run_.path("ros2-north");
   std::optional<ros2::TrajectoryServer> server_;
   ActionClient client_{peer_, arm_.name};
 };
@@ -128,45 +152,156 @@ TEST_F(SilentPlanner, EndsATrajectoryAfterARestartWithoutAStateOfTheArm) {
       << result->result().error_string();
 }
 
-TEST_F(SilentPlanner, CancelsAfterARestartWhatARejectedTrajectoryReplaced) {
-  bus::ParticipantOptions options;
-  options.partition = file_.cell.name;
-  bus::Participant planner(cell_domain_.number(), "planner/" + arm_.name, options);
-  bus::Mailbox mailbox;
-  bus::Reader<msg::Goal> goals(planner, &mailbox);
-  bus::Writer<msg::GoalStatus> statuses(planner);
-  const auto next = [&]() -> std::optional<msg::Goal> {
+/// What the planner of an arm receives. For one thread.
+class GoalReceiver {
+ public:
+  GoalReceiver(const config::CellFile& file, int domain, const std::string& arm)
+      : participant_(domain, "planner/" + arm, in_partition(file.cell.name)) {}
+
+  /// The next goal or cancellation.
+  std::optional<msg::Goal> next() {
     const auto until = std::chrono::steady_clock::now() + kLong;
-    std::vector<bus::Sample<msg::Goal>> taken;
-    while ((taken = goals.take()).empty()) {
+    while (taken_.empty()) {
       if (std::chrono::steady_clock::now() > until) return std::nullopt;
-      static_cast<void>(mailbox.wait(20ms));
-      static_cast<void>(mailbox.take_events());
+      static_cast<void>(mailbox_.wait(20ms));
+      static_cast<void>(mailbox_.take_events());
+      for (auto& sample : goals_.take()) taken_.push_back(std::move(sample.value));
     }
-    return taken.front().value;
-  };
+    msg::Goal goal = std::move(taken_.front());
+    taken_.pop_front();
+    return goal;
+  }
+  bool reject(const msg::Goal& goal) {
+    msg::GoalStatus rejected;
+    rejected.arm(goal.arm());
+    rejected.goal(goal.goal());
+    rejected.term(1);
+    rejected.sequence_number(1);
+    rejected.stamp_ns(1);
+    rejected.node("planner/" + goal.arm());
+    rejected.state(msg::GoalState::GOAL_REJECTED);
+    return static_cast<bool>(statuses_.write(rejected));
+  }
+
+ private:
+  static bus::ParticipantOptions in_partition(const std::string& cell) {
+    bus::ParticipantOptions options;
+    options.partition = cell;
+    return options;
+  }
+  bus::Participant participant_;
+  bus::Mailbox mailbox_;
+  bus::Reader<msg::Goal> goals_{participant_, &mailbox_};
+  bus::Writer<msg::GoalStatus> statuses_{participant_};
+  std::deque<msg::Goal> taken_;
+};
+
+TEST_F(SilentPlanner, CancelsAfterARestartWhatARejectedTrajectoryReplaced) {
+  GoalReceiver planner(file_, cell_domain_.number(), arm_.name);
   ASSERT_TRUE(client_.wait_available());
   ASSERT_TRUE(send_trajectory());
-  const auto first = next();
+  const auto first = planner.next();
   ASSERT_TRUE(first && send_trajectory());
-  const auto second = next();
+  const auto second = planner.next();
   ASSERT_TRUE(second);
   EXPECT_FALSE(second->cancel());
   end();
   start();
-  msg::GoalStatus rejected;
-  rejected.arm(arm_.name);
-  rejected.goal(second->goal());
-  rejected.term(1);
-  rejected.sequence_number(1);
-  rejected.stamp_ns(1);
-  rejected.node("planner/" + arm_.name);
-  rejected.state(msg::GoalState::GOAL_REJECTED);
-  ASSERT_TRUE(statuses.write(rejected));
-  const auto cancelled = next();
+  ASSERT_TRUE(planner.reject(*second));
+  const auto cancelled = planner.next();
   ASSERT_TRUE(cancelled);
   EXPECT_EQ(cancelled->goal(), first->goal());
   EXPECT_TRUE(cancelled->cancel());
+}
+
+TEST_F(SilentPlanner, SavesEachTrajectoryBeforeAPlannerReceivesIt) {
+  GoalReceiver planner(file_, cell_domain_.number(), arm_.name);
+  ASSERT_TRUE(client_.wait_available());
+  std::vector<std::string> sent;
+  for (int i = 0; i < 8; ++i) {
+    auto received = std::async(std::launch::async, [&] {
+      auto goal = planner.next();
+      return std::pair(std::move(goal), ros2::ActionCheckpoint(checkpoint_).load(arm_.name));
+    });
+    ASSERT_TRUE(send_trajectory()) << i;
+    const auto [goal, saved] = received.get();
+    ASSERT_TRUE(goal && saved) << i;
+    ASSERT_EQ(saved->active.size(), 1U) << i;
+    EXPECT_EQ(saved->active[0].goal, goal->goal()) << i;
+    EXPECT_EQ(saved->active[0].replaced, sent) << "no planner has answered them";
+    sent.push_back(goal->goal());
+  }
+}
+
+TEST_F(SilentPlanner, EndsAfterARestartWhatAKilledProcessLeft) {
+  GoalReceiver planner(file_, cell_domain_.number(), arm_.name);
+  ASSERT_TRUE(client_.wait_available());
+  const auto id = send_trajectory();
+  ASSERT_TRUE(id && planner.next());
+  end();
+  ros2::ActionCheckpoint checkpoint(checkpoint_);
+  auto saved = checkpoint.load(arm_.name);
+  ASSERT_TRUE(saved && saved->active.size() == 1);
+  // Killed before it has sent the trajectory that replaces another. A second goal is in no list of the planner.
+  const ActionClient::Id forgotten{7, 7, 7};
+  saved->goals.push_back({{{forgotten}, {}}, ros2::ActionGoals::kExecuting, false, {}, 0});
+  saved->active[0].goal = "client/killed/2";
+  saved->active[0].replaced = {"client/killed/1"};
+  saved->uncancelled = {"client/killed/0"};
+  checkpoint.save(*saved);
+  make_server();
+  std::set<std::string> cancelled;
+  for (int i = 0; i < 2; ++i) {
+    const auto goal = planner.next();
+    ASSERT_TRUE(goal && goal->cancel());
+    cancelled.insert(goal->goal());
+  }
+  EXPECT_EQ(cancelled, (std::set<std::string>{"client/killed/0", "client/killed/1"}))
+      << "at once: the arm may move along them";
+  run();
+  auto result = result_of(forgotten);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(client_.cancel(forgotten), 3) << "it has ended";
+  ahead_ = 11s;
+  ASSERT_TRUE((result = result_of(*id)));
+  EXPECT_EQ(result->status(), kAborted);
+  const auto last = planner.next();
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->goal(), "client/killed/2");
+  EXPECT_TRUE(last->cancel());
+}
+
+TEST_F(SilentPlanner, CancelsAllGoalsBeforeOneThatComesWithTheCancellation) {
+  ASSERT_TRUE(client_.wait_available());
+  const auto first = send_trajectory();
+  ASSERT_TRUE(first);
+  pause();
+  const auto cancellation = client_.begin_cancel(kNoGoal, 0);
+  const auto second = client_.begin_send(trajectory());
+  ASSERT_TRUE(client_.wait_received());
+  run();
+  const auto answer = client_.end_cancel(cancellation);
+  ASSERT_TRUE(answer);
+  ASSERT_EQ(answer->goals_canceling().size(), 1U);
+  EXPECT_EQ(answer->goals_canceling()[0].goal_id().uuid(), *first);
+  EXPECT_TRUE(client_.end_send(second));
+  EXPECT_TRUE(wait_for_statuses({kCanceled, ros2::ActionGoals::kExecuting}));
+}
+
+TEST_F(SilentPlanner, CancelsAGoalThatComesWithItsCancellation) {
+  ASSERT_TRUE(client_.wait_available());
+  pause();
+  const auto sent = client_.begin_send(trajectory());
+  const auto cancellation = client_.begin_cancel(sent.id, 0);
+  ASSERT_TRUE(client_.wait_received());
+  run();
+  const auto answer = client_.end_cancel(cancellation);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->return_code(), 0);
+  EXPECT_EQ(answer->goals_canceling().size(), 1U);
+  EXPECT_TRUE(client_.end_send(sent));
+  EXPECT_TRUE(wait_for_statuses({ros2::ActionGoals::kCanceling}));
 }
 
 TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {

@@ -495,11 +495,64 @@ TEST(Ros2ActionGoals, AreTheSameAfterARestart) {
   EXPECT_FALSE(after.knows(done)) << "its age counts from its end";
 }
 
+TEST(Ros2ResultRequests, DropRepetitionsOfAClientFirst) {
+  const ros2::ActionGoals::Id goal{1};
+  const ros2::ActionGoals::Id other_goal{2};
+  const bus::EndpointId patient{{1}};
+  const bus::EndpointId polling{{2}};
+  ros2::ResultRequests requests;
+  requests.add(goal, {patient, 1});
+  requests.add(other_goal, {polling, 1});
+  for (int i = 0; i < 1000; ++i) requests.add(goal, {polling, 2 + i});
+  const auto& all = requests.all();
+  ASSERT_EQ(all.size(), ros2::ResultRequests::kMost);
+  EXPECT_EQ(all[0].request, (bus::ros2::RequestId{patient, 1}));
+  EXPECT_EQ(all[1].goal, other_goal) << "it is for another goal";
+  EXPECT_EQ(all.back().request.number, 1001) << "the newest one stays";
+  const std::size_t answered = requests.answer([&](const auto& entry) { return entry.request.client == polling; });
+  EXPECT_EQ(answered, ros2::ResultRequests::kMost - 1);
+  EXPECT_EQ(requests.all().size(), 1U);
+  for (std::uint8_t i = 0; i < 64; ++i) requests.add(goal, {bus::EndpointId{{3, i}}, 1});
+  EXPECT_EQ(requests.all().size(), ros2::ResultRequests::kMost);
+  EXPECT_EQ(requests.all()[0].request.client, (bus::EndpointId{{3, 0}})) << "without repetitions the oldest goes";
+}
+
+TEST(Ros2Cancellations, AreRepeatedEachSecondUntilTheyAreSent) {
+  ros2::Cancellations cancellations("north");
+  const auto now = bus::Clock::now();
+  int first = 0;
+  int second = 0;
+  bool works = false;
+  cancellations.add(
+      "sent", [&] { ++first; }, now);
+  const auto fails = [&] {
+    ++second;
+    if (!works) throw Unreachable({"the cancellation could not be sent", {}, "the planner"});
+  };
+  cancellations.add("unsent", fails, now);
+  EXPECT_EQ(cancellations.unsent(), std::vector<std::string>{"unsent"});
+  cancellations.retry(now + 900ms);
+  EXPECT_EQ(second, 1);
+  cancellations.retry(now + 1s);
+  EXPECT_EQ(second, 2);
+  cancellations.retry(now + 1900ms);
+  EXPECT_EQ(second, 2);
+  cancellations.add("unsent", fails, now + 1900ms);
+  EXPECT_EQ(cancellations.unsent().size(), 1U) << "it is one goal";
+  works = true;
+  cancellations.retry(now + 3s);
+  EXPECT_EQ(second, 4);
+  EXPECT_TRUE(cancellations.unsent().empty());
+  cancellations.retry(now + 10s);
+  EXPECT_EQ(second, 4);
+  EXPECT_EQ(first, 1);
+}
+
 TEST(Ros2ActionCheckpoint, KeepsWhatWasSavedLast) {
   const TemporaryFolder folder;
   const std::string path = folder.path("ros2-north");
   EXPECT_FALSE(ros2::ActionCheckpoint(path).load("north")) << "nothing is saved";
-  ros2::SavedAction action{"north", {}, {{{{7}}, {8}, 9}}, {}};
+  ros2::SavedAction action{"north", {}, {{{{7}}, {8}, 9}}, {}, {"client/host-1/0"}};
   ros2::SavedTrajectory& active = action.active.emplace_back();
   active.goal = "client/host-1/2";
   active.order.trajectory.joint_names = {"joint1"};
@@ -507,7 +560,7 @@ TEST(Ros2ActionCheckpoint, KeepsWhatWasSavedLast) {
   active.begun_ns = 123;
   active.replaced = {"client/host-1/1"};
   ros2::ActionCheckpoint checkpoint(path);
-  checkpoint.save({"north", {}, {}, {}});
+  checkpoint.save({"north", {}, {}, {}, {}});
   checkpoint.save(action);
   const auto loaded = ros2::ActionCheckpoint(path).load("north");
   ASSERT_TRUE(loaded);
