@@ -245,7 +245,7 @@ const std::string kPlugins = HECATON_PLUGINS;
 
 // Other arms plan around a lost arm only where it is at rest.
 TEST(DeviceChoice, KnowsWhichArmsStopWithoutTheirDriver) {
-  const auto stops = [](const std::string& device) {
+  const auto stops = [](const std::string& device) -> bool {
     return stop_without_driver(cell(device.empty() ? device : "    device: {type: " + device + "}\n")).at(0);
   };
   EXPECT_TRUE(stops(""));
