@@ -27,6 +27,14 @@ CellPublisher::ArmTopics::ArmTopics(const planner::Arm& of, bus::Participant& pa
       states(participant, ns + "/" + of.name + "/joint_states", type::kJointState),
       status(participant, ns + "/" + of.name + "/status", type::kDiagnosticStatus) {}
 
+DiagnosticStatus diagnostic(const OrderReport& report, const std::string& cell) {
+  const std::uint8_t grade = report.missing ? level::kError : report.refusal ? level::kWarn : level::kOk;
+  const std::string& text = report.missing ? *report.missing : report.refusal.value_or("applied");
+  DiagnosticStatus entry = diagnostic(grade, report.name, text, cell);
+  entry.values = {{"applied", std::to_string(report.applied)}, {"refused", std::to_string(report.refused)}};
+  return entry;
+}
+
 CellPublisher::CellPublisher(const config::CellFile& file, bus::Participant& participant)
     : file_(file),
       simulated_(all_simulated(file)),
@@ -109,11 +117,7 @@ void CellPublisher::publish_diagnostics(const CellStatus* status, const std::str
     }
     listed_faults_ = std::move(listed);
   }
-  for (const OrderReport& report : orders) {
-    DiagnosticStatus& entry = message.status.emplace_back(diagnostic(
-        report.refusal ? level::kWarn : level::kOk, report.name, report.refusal.value_or("applied"), file_.cell.name));
-    entry.values = {{"applied", std::to_string(report.applied)}, {"refused", std::to_string(report.refused)}};
-  }
+  for (const OrderReport& report : orders) message.status.push_back(diagnostic(report, file_.cell.name));
   diagnostics_.publish(message);
 }
 

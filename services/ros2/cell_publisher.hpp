@@ -17,6 +17,9 @@
 
 namespace hecaton::ros2 {
 
+/// An error while obstacles are missing, a warning after a refusal.
+[[nodiscard]] DiagnosticStatus diagnostic(const OrderReport& report, const std::string& cell);
+
 /// For one thread. `file` must outlive it.
 class CellPublisher {
  public:

@@ -12,6 +12,7 @@ struct OrderReport {
   std::uint64_t applied = 0;                ///< since the start
   std::uint64_t refused = 0;                ///< since the start
   std::optional<std::string> refusal = {};  ///< the newest one; nothing when what came after it was applied
+  std::optional<std::string> missing = {};  ///< obstacles that the cell lacks until they are added again
 };
 
 }  // namespace hecaton::ros2

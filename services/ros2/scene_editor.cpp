@@ -12,6 +12,7 @@ namespace {
 
 /// Poses of links older than this say nothing about where an object is.
 constexpr std::chrono::seconds kStateLimit{1};
+constexpr std::chrono::seconds kRestorePeriod{1};  // between attempts to add missing obstacles
 
 SceneFrames frames_of(const CellView& view, bus::Clock::time_point now, std::optional<std::size_t> own) {
   SceneFrames frames;
@@ -68,27 +69,88 @@ void SceneWorker::add(SceneEdits scene) {
 }
 
 void SceneWorker::run(const std::stop_token& stop) {
+  const auto arrived = [this] { return !scenes_.empty(); };
+  auto next_attempt = bus::Clock::now();
   std::unique_lock lock(mutex_);
-  while (arrived_.wait(lock, stop, [this] { return !scenes_.empty(); })) {
-    const SceneEdits scene = std::move(scenes_.front());
-    scenes_.pop_front();
-    // MoveIt sends many scenes without objects, which say nothing of the refused one.
-    if (!scene.edits.empty()) report_.refusal.reset();
-    lock.unlock();
-    for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
-    for (const SceneEdit& edit : scene.edits) {
-      try {
-        apply(edit, {kAnswerLimit, stop});
-        services::log_info("planning scene applied", {{"object", edit.obstacle.name}});
-        const std::scoped_lock counted(mutex_);
-        ++report_.applied;
-      } catch (const Error& error) {
-        refuse({edit.obstacle.name, error.what()});
-      }
+  while (!stop.stop_requested()) {
+    if (missing_.empty()) {
+      arrived_.wait(lock, stop, arrived);
+    } else {
+      arrived_.wait_until(lock, stop, next_attempt, arrived);
     }
+    if (arrived()) {
+      const SceneEdits scene = std::move(scenes_.front());
+      scenes_.pop_front();
+      // MoveIt sends many scenes without objects, which say nothing of the refused one.
+      if (!scene.edits.empty()) report_.refusal.reset();
+      lock.unlock();
+      carry_out(scene, stop);
+      lock.lock();
+      waiting_ -= parts_of(scene);
+    }
+    if (missing_.empty() || bus::Clock::now() < next_attempt) continue;
+    lock.unlock();
+    restore_missing(stop);
     lock.lock();
-    waiting_ -= parts_of(scene);
+    next_attempt = bus::Clock::now() + kRestorePeriod;
   }
+}
+
+void SceneWorker::carry_out(const SceneEdits& scene, const std::stop_token& stop) {
+  for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
+  for (const SceneEdit& edit : scene.edits) {
+    const std::string& name = edit.obstacle.name;
+    try {
+      apply(edit, {kAnswerLimit, stop});
+      services::log_info("planning scene applied", {{"object", name}});
+      const std::scoped_lock counted(mutex_);
+      ++report_.applied;
+    } catch (const Error& error) {
+      if (const auto missing = missing_.find(name); missing != missing_.end()) missing->second.reason = error.what();
+      refuse({name, error.what()});
+    }
+    report_missing();
+  }
+}
+
+void SceneWorker::restore_missing(const std::stop_token& stop) {
+  std::vector<std::string> names;
+  for (const auto& [name, missing] : missing_) names.push_back(name);
+  try {
+    for (const std::string& name : names) {
+      const auto refusal = add_missing(name, {kAnswerLimit, stop});
+      if (const auto missing = missing_.find(name); missing != missing_.end()) missing->second.reason = *refusal;
+    }
+  } catch (const Error& error) {
+    for (auto& [name, missing] : missing_) missing.reason = error.what();
+  }
+  report_missing();
+}
+
+void SceneWorker::report_missing() {
+  constexpr std::size_t kMostNamed = 3;
+  std::string names;
+  std::size_t named = 0;
+  for (const auto& [name, missing] : missing_) {
+    if (reported_missing_.insert(name).second) {
+      services::log_error("obstacle missing: it is added again each second until the world has it",
+                          {{"object", name}, {"reason", missing.reason}});
+    }
+    if (++named <= kMostNamed) names += (named > 1 ? ", '" : "'") + name + "'";
+  }
+  std::erase_if(reported_missing_, [this](const std::string& name) {
+    if (missing_.contains(name)) return false;
+    services::log_info("obstacle not missing any more", {{"object", name}});
+    return true;
+  });
+  std::optional<std::string> text;
+  if (named > kMostNamed) names += " and " + std::to_string(named - kMostNamed) + " more";
+  if (named > 0) {
+    text = "the cell lacks " + names +
+           ", from which arms keep no distance until the world service adds it: " + missing_.begin()->second.reason;
+  }
+  const std::scoped_lock lock(mutex_);
+  report_.missing = std::move(text);
 }
 
 void SceneWorker::refuse(const SceneRefusal& refusal) {
@@ -118,7 +180,25 @@ msg::WorldEditReply SceneWorker::add_obstacle(const world::Obstacle& obstacle, c
   request.obstacle(messages::to_message(obstacle));
   msg::WorldEditReply reply = connection_->edit(std::move(request), wait);
   if (reply.done()) editions_[obstacle.name] = reply.edition();
+  if (reply.done() || reply.cause().kind() == msg::CauseKind::CAUSE_NAME_TAKEN) missing_.erase(obstacle.name);
   return reply;
+}
+
+std::optional<std::string> SceneWorker::add_missing(const std::string& obstacle, const Wait& wait) {
+  std::optional<std::string> refusal;
+  const std::vector<world::Obstacle> versions = missing_.at(obstacle).versions;  // add_obstacle() may remove them
+  for (const world::Obstacle& version : versions) {
+    std::string why;
+    try {
+      const msg::WorldEditReply reply = add_obstacle(version, wait);
+      if (!reply.done()) why = reply.cause().text();
+    } catch (const InvalidArgument& error) {
+      why = error.what();  // too large for a message
+    }
+    if (!why.empty() && !refusal) refusal = why;
+    if (!missing_.contains(obstacle)) break;
+  }
+  return refusal;
 }
 
 // The world service publishes the shapes before it replies, but the two topics have no common order.
@@ -144,6 +224,43 @@ bool SceneWorker::is_carried(const std::string& obstacle, const Wait& wait) {
 }
 
 void SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
+  if (!missing_.contains(edit.obstacle.name) || apply_to_missing(edit, wait)) apply_to_known(edit, wait);
+}
+
+bool SceneWorker::apply_to_missing(const SceneEdit& edit, const Wait& wait) {
+  using Kind = SceneEdit::Kind;
+  const std::string& name = edit.obstacle.name;
+  std::vector<world::Obstacle>& versions = missing_.at(name).versions;
+  switch (edit.kind) {
+    case Kind::kAdd:
+      // What the cell had comes last, whatever was ordered since.
+      versions = {edit.obstacle, versions.back()};
+      return true;
+    case Kind::kRemove: {
+      if (versions.front().attachment) return false;  // as apply_to_known() of a carried one
+      missing_.erase(name);
+      // An addition without an answer may have been carried out.
+      const msg::WorldEditReply reply = request(msg::EditKind::EDIT_REMOVE, edit, wait);
+      editions_.erase(name);
+      if (reply.cause().kind() != msg::CauseKind::CAUSE_UNKNOWN_NAME) require(reply);
+      return false;
+    }
+    case Kind::kMove:
+      for (world::Obstacle& version : versions) {
+        if (!version.attachment) version.X_WO = edit.obstacle.X_WO;
+      }
+      break;
+    case Kind::kAppend:
+    case Kind::kAttach:
+    case Kind::kDetach:
+      break;
+  }
+  const auto refusal = add_missing(name, wait);
+  if (missing_.contains(name)) throw Error("the world lacks the obstacle, which is added again first: " + *refusal);
+  return true;
+}
+
+void SceneWorker::apply_to_known(const SceneEdit& edit, const Wait& wait) {
   using Kind = SceneEdit::Kind;
   switch (edit.kind) {
     case Kind::kMove:
@@ -170,7 +287,10 @@ void SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
 
 void SceneWorker::add_or_replace(const SceneEdit& edit, const Wait& wait) {
   const msg::WorldEditReply reply = add_obstacle(edit.obstacle, wait);
-  if (reply.done() || reply.cause().kind() != msg::CauseKind::CAUSE_NAME_TAKEN) return require(reply);
+  if (reply.done() || reply.cause().kind() != msg::CauseKind::CAUSE_NAME_TAKEN) {
+    if (missing_.contains(edit.obstacle.name)) static_cast<void>(add_missing(edit.obstacle.name, wait));
+    return require(reply);
+  }
   const auto scene = scene_with(edit.obstacle.name, wait);
   const auto old = scene.shapes.find(edit.obstacle.name);
   if (old == scene.shapes.end()) return require(reply);  // the name of an arm
@@ -210,15 +330,18 @@ void SceneWorker::replace(const msg::ObstacleShapes& old, const world::Pose& X_W
   }
   const auto known = messages::from_message(before);
   if (same && known && is_same(next.attachment, known.value->attachment)) return;  // MoveIt repeats what an arm carries
-  require(request(msg::EditKind::EDIT_REMOVE, edit, wait));
-  const msg::WorldEditReply reply = add_obstacle(next, wait);
-  if (reply.done()) return;
+  // The obstacle may be missing from here on, also when the world gives no answer.
+  Missing missing{{std::move(next)}, {}};
   if (known) {
-    world::Obstacle restored = *known;
-    restored.X_WO = X_WO;
-    require(add_obstacle(restored, wait));
+    missing.versions.push_back(*known);
+    missing.versions.back().X_WO = X_WO;
   }
-  require(reply);
+  const std::string name = edit.obstacle.name;
+  missing_.insert_or_assign(name, std::move(missing));
+  const msg::WorldEditReply removed = request(msg::EditKind::EDIT_REMOVE, edit, wait);
+  if (!removed.done()) missing_.erase(name);
+  require(removed);
+  if (const auto refusal = add_missing(name, wait)) throw Error(*refusal);
 }
 
 SceneTopics::SceneTopics(bus::Participant& participant, const config::CellFile& file,

@@ -7,6 +7,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -23,6 +25,10 @@
 namespace hecaton::ros2 {
 
 /// Carries out edits one after the other. All calls are for one thread, but for report().
+///
+/// An obstacle with other shapes replaces one of its name by a removal and an addition. When the addition fails, the
+/// worker repeats it each second until the world has the obstacle: in its new form, or else as it was. A later edit of
+/// that name acts on what shall be added, and a removal ends the attempts.
 class SceneWorker {
  public:
   explicit SceneWorker(std::shared_ptr<client::Connection> connection);
@@ -35,8 +41,18 @@ class SceneWorker {
   static constexpr std::size_t kMostWaiting = 8192;
 
  private:
+  /// An obstacle that the world lacks because of this worker.
+  struct Missing {
+    std::vector<world::Obstacle> versions;  ///< the first one that the world accepts is added
+    std::string reason;                     ///< why it is missing
+  };
+
+  void carry_out(const SceneEdits& scene, const std::stop_token& stop);
   void run(const std::stop_token& stop);
   void apply(const SceneEdit& edit, const Wait& wait);
+  void apply_to_known(const SceneEdit& edit, const Wait& wait);
+  /// False: the edit has ended with this.
+  [[nodiscard]] bool apply_to_missing(const SceneEdit& edit, const Wait& wait);
   void add_or_replace(const SceneEdit& edit, const Wait& wait);
   void replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next, const Wait& wait);
   /// True when an arm carries the obstacle. Throws Error.
@@ -44,12 +60,20 @@ class SceneWorker {
   void require(const msg::WorldEditReply& reply) const;
   msg::WorldEditReply request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait);
   msg::WorldEditReply add_obstacle(const world::Obstacle& obstacle, const Wait& wait);
+  /// Adds a missing obstacle. Why the world has refused the first version; empty: it has not. Throws Error.
+  std::optional<std::string> add_missing(const std::string& obstacle, const Wait& wait);
+  /// Tries to add all missing obstacles.
+  void restore_missing(const std::stop_token& stop);
+  /// Logs and reports which obstacles are missing.
+  void report_missing();
   /// The scene, with the shapes of the obstacle after the last edit of this worker. Throws Error.
   client::Connection::Scene scene_with(const std::string& obstacle, const Wait& wait);
   void refuse(const SceneRefusal& refusal);
 
   std::shared_ptr<client::Connection> connection_;
   std::map<std::string, std::uint64_t> editions_;  ///< of the scene after the last edit of each obstacle's shapes
+  std::map<std::string, Missing> missing_;
+  std::set<std::string> reported_missing_;
   mutable std::mutex mutex_;
   std::condition_variable_any arrived_;
   std::deque<SceneEdits> scenes_;

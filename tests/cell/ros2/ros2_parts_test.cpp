@@ -252,6 +252,21 @@ TEST(Ros2Markers, DeleteWhatANewReaderMayShowOfAnEarlierProcess) {
   EXPECT_FALSE(begins_anew());
 }
 
+TEST(Ros2Diagnostics, ReportMissingObstaclesAsErrors) {
+  ros2::OrderReport report{.name = "planning scene", .applied = 3, .refused = 1};
+  EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kOk);
+  report.refusal = "object 'crate': it is a cone";
+  EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kWarn);
+  report.missing = "the cell lacks 'crate'";
+  auto entry = ros2::diagnostic(report, "cell");
+  EXPECT_EQ(entry.level, ros2::level::kError);
+  EXPECT_EQ(entry.message, "the cell lacks 'crate'");
+  ASSERT_EQ(entry.values.size(), 2U);
+  EXPECT_EQ(entry.values[0].value, "3");
+  report.refusal.reset();  // a later scene was applied
+  EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kError);
+}
+
 TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
   ros2::UnreadableLog log("/planning_scene", "moveit_msgs/msg/PlanningScene");
   const auto now = bus::Clock::now();
