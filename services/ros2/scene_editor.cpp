@@ -188,14 +188,14 @@ std::optional<std::string> SceneWorker::add_missing(const std::string& obstacle,
   std::optional<std::string> refusal;
   const std::vector<world::Obstacle> versions = missing_.at(obstacle).versions;  // add_obstacle() may remove them
   for (const world::Obstacle& version : versions) {
-    std::string why;
+    std::optional<std::string> why;
     try {
       const msg::WorldEditReply reply = add_obstacle(version, wait);
       if (!reply.done()) why = reply.cause().text();
     } catch (const InvalidArgument& error) {
       why = error.what();  // too large for a message
     }
-    if (!why.empty() && !refusal) refusal = why;
+    if (!refusal) refusal = why;
     if (!missing_.contains(obstacle)) break;
   }
   return refusal;
