@@ -145,15 +145,15 @@ function(hecaton_precompile name)
   endif()
 endfunction()
 
-# hecaton_test(name [UNITY] [THREADS] [ALONE] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite] [BESIDE case]). One GoogleTest executable,
-# one CTest entry a case, but for those of the suite that is left out: they run when the executable is started by hand.
+# hecaton_test(name [UNITY] [THREADS] [ALONE] SOURCES … LIBS … [LABEL l] [TIMEOUT s] [LEFT_OUT suite] [BESIDE case] [ALONE_CASE case]).
+# One GoogleTest executable, one CTest entry a case, but for those of the suite that is left out: they run when the executable is started by hand.
 # HECATON_SOURCE_DIR tells tests where the tree is (cells, URDFs). UNITY: its files' helpers have names of their own,
 # which halves what compiling them takes.
-# ALONE: no other test runs beside its cases, but for the case BESIDE, which only waits.
+# ALONE: no other test runs beside its cases, but for the case BESIDE, which only waits. ALONE_CASE: beside this case.
 # THREADS: it, or what it starts, has several threads; ThreadSanitizer runs these (target threaded_tests, label threads).
 add_custom_target(threaded_tests)
 function(hecaton_test name)
-  cmake_parse_arguments(ARG "UNITY;THREADS;ALONE" "TIMEOUT;LABEL;LEFT_OUT;BESIDE" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY;THREADS;ALONE" "TIMEOUT;LABEL;LEFT_OUT;BESIDE;ALONE_CASE" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE hecaton_warnings ${ARG_LIBS} GTest::gtest GTest::gtest_main)
@@ -179,6 +179,10 @@ function(hecaton_test name)
     set(filter TEST_FILTER "-${ARG_BESIDE}")
     gtest_discover_tests(${name} TEST_FILTER ${ARG_BESIDE} TEST_LIST ${name}_beside DISCOVERY_TIMEOUT 120
                          PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABEL}")
+  elseif(ARG_ALONE_CASE)
+    set(filter TEST_FILTER "-${ARG_ALONE_CASE}")
+    gtest_discover_tests(${name} TEST_FILTER ${ARG_ALONE_CASE} TEST_LIST ${name}_alone DISCOVERY_TIMEOUT 120
+                         PROPERTIES TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL TRUE LABELS "${ARG_LABEL}")
   endif()
   set(alone)
   if(ARG_ALONE)

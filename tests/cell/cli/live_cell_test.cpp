@@ -87,7 +87,7 @@ TEST_F(LiveCell, PrintsEachStatusOfAWatchedGoal) {
 }
 
 TEST_F(LiveCell, SeparatesTheStatusesOfAWatchedGoalInYaml) {
-  const Ran ran = run({"goal", "east", "--named", "home", "--watch", "--time-limit", "60s", "-o", "yaml"});
+  const Ran ran = run({"goal", "east", "--named", "ready", "--watch", "--time-limit", "60s", "-o", "yaml"});
   EXPECT_EQ(ran.code, 0) << ran.err;
   const auto count = [&](const std::string& line) {
     std::istringstream lines(ran.out);
