@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdint>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -85,6 +86,70 @@ TEST_F(SupervisedIntruder, DeposesNoSupervisorByTermsInTheNameOfANode) {
     }
   });
   EXPECT_EQ(greatest, term_) << "a supervisor that was deposed leads under another term";
+}
+
+// The supervisor leads on above each forged term, carries out orders meanwhile, and keeps them.
+TEST_F(SupervisedIntruder, DeposesNoSupervisorByCellModes) {
+  bus::Writer<msg::CellMode> forged(intruder_);
+  ASSERT_TRUE(forged.wait_matched(1, kPatience));
+  std::jthread attack([&](const std::stop_token& stop) {
+    std::uint64_t greatest = term_;
+    msg::CellMode mode;
+    mode.node(supervisor_node());
+    while (!stop.stop_requested()) {
+      static_cast<void>(modes_.wait_for_data(10ms));
+      for (const auto& sample : modes_.take()) greatest = std::max(greatest, sample.value.term());
+      mode.term(greatest);
+      mode.sequence_number(mode.sequence_number() + 1);
+      static_cast<void>(forged.write(mode));
+    }
+  });
+  for (int i = 0; i < 3; ++i) {
+    const auto stopped = cell_.call(msg::RequestKind::REQUEST_STOP);
+    ASSERT_TRUE(stopped && stopped->done());
+    const auto status = cell_.call(msg::RequestKind::REQUEST_STATUS);
+    ASSERT_TRUE(status);
+    EXPECT_EQ(status->status().mode().mode(), msg::Mode::MODE_STOP) << "a forged mode does not resume the cell";
+    const auto resumed = cell_.call(msg::RequestKind::REQUEST_RESUME);
+    ASSERT_TRUE(resumed && resumed->done());
+  }
+  attack.request_stop();
+  attack.join();
+  await_running();
+}
+
+// A reader refuses a message that is too long: then no order would reach an arm, and no answer a client.
+TEST_F(SupervisedIntruder, HidesNoOrderBehindLongTexts) {
+  bus::Writer<msg::Heartbeat> heartbeats(intruder_);
+  bus::Writer<msg::ObstacleShapes> shapes(intruder_);
+  ASSERT_TRUE(heartbeats.wait_matched(1, kPatience));
+  ASSERT_TRUE(shapes.wait_matched(1, kPatience));
+  const auto status = cell_.await("the supervisor", [](const msg::CellStatus&) { return true; });
+  msg::Heartbeat heartbeat;
+  heartbeat.host("localhost");
+  heartbeat.state(msg::NodeState::NODE_FAILED);
+  heartbeat.cause(make_cause(msg::CauseKind::CAUSE_NODE_FAILED, "left", std::string(16'384, 'x')));
+  const auto speak = [&](const std::string& node) {
+    heartbeat.node(node);
+    heartbeat.sequence_number(heartbeat.sequence_number() + 1);
+    ASSERT_TRUE(heartbeats.write(heartbeat));
+  };
+  for (int i = 0; i < 300; ++i) speak("helper" + std::to_string(i));
+  msg::ObstacleShapes forged;
+  forged.obstacle().attached_to("left");
+  for (int i = 0; i < 300; ++i) {
+    forged.name(std::string(150, 'o') + std::to_string(i));
+    forged.obstacle().name(forged.name());
+    ASSERT_TRUE(shapes.write(forged));
+  }
+  heartbeat.pid(pid_of_node(status, driver_node("left")));
+  speak(driver_node("left"));
+  const auto stopped = cell_.call(msg::RequestKind::REQUEST_STOP);
+  ASSERT_TRUE(stopped && stopped->done()) << "the answer reaches its client";
+  static_cast<void>(cell_.await_mode("stop", [&](const msg::CellMode& mode) {
+    speak(driver_node("left"));
+    return mode.mode() == msg::Mode::MODE_STOP;
+  }));
 }
 
 // An arm follows no participant that takes a greater term by itself.
