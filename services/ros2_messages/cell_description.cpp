@@ -1,9 +1,11 @@
 #include "services/ros2_messages/cell_description.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
 #include "planner/model/kinematics.hpp"
+#include "planner/model/outside_joints.hpp"
 #include "planner/model/urdf_loader.hpp"
 
 namespace hecaton::ros2 {
@@ -116,11 +118,20 @@ void add_arm(const planner::Arm& arm, const std::string& prefix, std::string& ou
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     out += "  <link name=\"" + escaped(prefix + model.links[i].name) + "\">\n";
     for (const planner::LinkGeometry& geometry : model.geometry) {
-      if (geometry.link == static_cast<int>(i)) std::visit(ShapeWriter{out, geometry.X_LS}, geometry.shape);
+      if (geometry.link != static_cast<int>(i)) continue;
+      // /tf moves the link: its own shape, not that around all its places.
+      const planner::OutsideBody* body = planner::outside_body(model, geometry.shape);
+      std::visit(ShapeWriter{out, body ? body->X_LS : geometry.X_LS}, body ? body->shape : geometry.shape);
     }
     out += "  </link>\n";
     if (model.links[i].parent >= 0) add_joint(arm, i, poses[i], prefix, out);
   }
+}
+
+/// A joint outside the chain moves the link.
+bool moves_outside(const planner::RobotModel& model, const std::string& link) {
+  return model.outside && std::any_of(model.outside->bodies.begin(), model.outside->bodies.end(),
+                                      [&](const planner::OutsideBody& body) { return body.link == link; });
 }
 
 }  // namespace
@@ -149,7 +160,8 @@ std::vector<LinkFrame> link_frames(const planner::RobotModel& model) {
   std::vector<LinkFrame> frames;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const planner::Link& link = model.links[i];
-    if (link.parent >= 0) frames.push_back({link.parent, static_cast<int>(i), link.joint >= 0});
+    if (link.parent < 0) continue;
+    frames.push_back({link.parent, static_cast<int>(i), link.joint >= 0 || moves_outside(model, link.name)});
   }
   return frames;
 }

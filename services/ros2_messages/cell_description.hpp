@@ -28,7 +28,7 @@ inline constexpr const char* kWorldFrame = "world";
 struct LinkFrame {
   int parent;
   int link;
-  bool moves;  ///< a joint of the arm moves it
+  bool moves;  ///< a joint of the arm, or one outside its chain, moves it
 };
 /// All links of the model but the root.
 [[nodiscard]] std::vector<LinkFrame> link_frames(const planner::RobotModel& model);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "planner/model/outside_joints.hpp"
 #include "services/messages/convert.hpp"
 #include "services/messages/names.hpp"
 #include "services/messages/planned_way.hpp"
@@ -66,7 +67,15 @@ bool is_shown(const ArmSnapshot& arm, bus::Clock::time_point now) {
 
 JointState joint_state(const ArmSnapshot& arm) {
   const msg::ArmState& state = arm.state->value;
-  return {{arm.stamp, ""}, arm.arm->model->joint_names, state.q(), state.qd(), {}};
+  JointState joints{{arm.stamp, ""}, arm.arm->model->joint_names, state.q(), state.qd(), {}};
+  const auto& outside = arm.arm->model->outside;
+  if (!outside || state.outside().size() != outside->joints.size()) return joints;
+  for (std::size_t i = 0; i < outside->joints.size(); ++i) {
+    joints.name.push_back(outside->joints[i].name);
+    joints.position.push_back(state.outside()[i]);
+    joints.velocity.push_back(0.0);
+  }
+  return joints;
 }
 
 JointState joint_states(const CellView& view, bus::Clock::time_point now) {
@@ -75,12 +84,11 @@ JointState joint_states(const CellView& view, bus::Clock::time_point now) {
   for (std::size_t i = 0; i < view.size(); ++i) {
     const ArmSnapshot arm = view.arm(i);
     if (!is_shown(arm, now)) continue;
-    const auto& q = arm.state->value.q();
-    const auto& qd = arm.state->value.qd();
     newest = std::max(newest, arm.state->received);
-    for (const std::string& joint : arm.arm->model->joint_names) all.name.push_back(prefixed(arm.arm->name, joint));
-    all.position.insert(all.position.end(), q.begin(), q.end());
-    all.velocity.insert(all.velocity.end(), qd.begin(), qd.end());
+    const JointState own = joint_state(arm);
+    for (const std::string& joint : own.name) all.name.push_back(prefixed(arm.arm->name, joint));
+    all.position.insert(all.position.end(), own.position.begin(), own.position.end());
+    all.velocity.insert(all.velocity.end(), own.velocity.begin(), own.velocity.end());
   }
   if (!all.name.empty()) all.header.stamp = view.time_at(newest);
   return all;

@@ -31,7 +31,8 @@ struct OrderedPath {
 
 /// The state of the arm is known and younger than a second.
 [[nodiscard]] bool is_shown(const ArmSnapshot& arm, bus::Clock::time_point now);
-/// Joints with the names of the arm's URDF. The arm is_shown().
+/// Joints with the names of the arm's URDF, then those outside the chain whose position is known, with velocity 0. The
+/// arm is_shown().
 [[nodiscard]] JointState joint_state(const ArmSnapshot& arm);
 /// Joints of all arms that are shown, as ARM_JOINT. No names: none is.
 [[nodiscard]] JointState joint_states(const CellView& view, bus::Clock::time_point now);

@@ -1,8 +1,10 @@
 #include "services/ros2_messages/cell_view.hpp"
 
+#include <algorithm>
 #include <tuple>
 #include <utility>
 
+#include "planner/model/outside_joints.hpp"
 #include "services/messages/convert.hpp"
 #include "services/ros2_messages/time.hpp"
 
@@ -13,6 +15,25 @@ namespace {
 bool is_later(const msg::GoalStatus& a, const msg::GoalStatus& b) {
   return std::tuple(a.term(), a.stamp_ns(), a.sequence_number()) >
          std::tuple(b.term(), b.stamp_ns(), b.sequence_number());
+}
+
+/// Puts the links that joints outside the chain move where these joints are measured, with all that is fixed to them.
+void place_outside(const planner::RobotModel& model, const std::vector<double>& positions,
+                   planner::Kinematics& kinematics) {
+  if (!model.outside || positions.size() != model.outside->joints.size()) return;
+  const std::vector<world::Pose> places = planner::outside_places(model, positions);
+  const auto held = kinematics.X_WL;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const auto& bodies = model.outside->bodies;
+    const auto body =
+        std::find_if(bodies.begin(), bodies.end(), [&](const auto& one) { return one.link == model.links[i].name; });
+    const int parent = model.links[i].parent;
+    if (body != bodies.end()) {
+      kinematics.X_WL[i] = kinematics.X_WT * places[static_cast<std::size_t>(body - bodies.begin())];
+    } else if (parent >= 0) {
+      kinematics.X_WL[i] = kinematics.X_WL[parent] * (held[parent].inverse() * held[i]);
+    }
+  }
 }
 
 }  // namespace
@@ -30,7 +51,10 @@ void CellView::apply(bus::Sample<msg::ArmState> sample) {
   Known& known = arms_[found->second];
   const auto q = messages::joints_from_message(sample.value.q(), "ArmState", known.arm->model->joints());
   known.placed = static_cast<bool>(q);
-  if (q) planner::forward_kinematics(*known.arm->model, known.arm->X_WB, *q, known.kinematics);
+  if (q) {
+    planner::forward_kinematics(*known.arm->model, known.arm->X_WB, *q, known.kinematics);
+    place_outside(*known.arm->model, sample.value.outside(), known.kinematics);
+  }
   known.state = std::move(sample);
 }
 

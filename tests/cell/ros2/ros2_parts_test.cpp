@@ -22,6 +22,7 @@
 #include "tests/cell/ros2/ros_peer.hpp"
 #include "tests/cell/ros2/three_puma.hpp"
 #include "tests/support/free_domain.hpp"
+#include "tests/support/gripper_cell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::test {
@@ -235,6 +236,45 @@ TEST(Ros2Description, GivesTheKinematicsOfTheModel) {
   for (const char* arm : {"north", "west", "east"}) {
     EXPECT_NE(cell.find("<joint name=\"" + std::string(arm) + "_joint1\" type=\"revolute\">"), std::string::npos);
   }
+}
+
+// The fingers slide along y, apart from each other.
+TEST(Ros2Fingers, AreWhereTheyAreMeasured) {
+  const TemporaryFolder folder;
+  const config::CellFile file = config::load_cell_file(write_gripper_cell(folder));
+  ros2::CellView view(file.cell);
+  bus::Sample<msg::ArmState> sample;
+  sample.value.arm("north");
+  sample.value.q({0.1, 0.2, 0.7});
+  sample.value.qd({0.0, 0.0, 0.0});
+  sample.received = bus::Clock::now();
+  const auto frame = [&](const std::string& child) -> std::optional<ros2::Vector3> {
+    for (const auto& transform : ros2::moving_transforms(view, sample.received).transforms) {
+      if (transform.child_frame_id != child) continue;
+      EXPECT_EQ(transform.header.frame_id, "north_hand");
+      return transform.transform.translation;
+    }
+    return std::nullopt;
+  };
+  view.apply(sample);
+  EXPECT_EQ(ros2::joint_states(view, sample.received).name.size(), 3U) << "the finger is not known";
+  for (const double position : {0.01, 0.04}) {
+    sample.value.outside({position});
+    view.apply(sample);
+    const ros2::JointState joints = ros2::joint_states(view, sample.received);
+    EXPECT_EQ(joints.name.back(), "north_grip");
+    EXPECT_EQ(joints.position.back(), position);
+    EXPECT_EQ(joints.velocity.size(), joints.name.size());
+    EXPECT_EQ(ros2::joint_state(view.arm(0)).name.back(), "grip");
+    ASSERT_TRUE(frame("north_left") && frame("north_right"));
+    EXPECT_NEAR(frame("north_left")->y, position, 1e-9);
+    EXPECT_NEAR(frame("north_right")->y, -position, 1e-9) << "it follows the other one";
+  }
+  for (const auto& fixed : ros2::fixed_transforms(file.cell, {}).transforms) {
+    EXPECT_FALSE(fixed.child_frame_id.ends_with("_left") || fixed.child_frame_id.ends_with("_right"));
+  }
+  const std::string urdf = ros2::arm_urdf(file.cell.arms[0].arm);
+  EXPECT_NE(urdf.find("<box size=\"0.02 0.01 0.08\"/>"), std::string::npos) << "the finger itself, not all its places";
 }
 
 TEST(Ros2Markers, DeleteWhatANewReaderMayShowOfAnEarlierProcess) {
