@@ -46,8 +46,8 @@ TEST(AdoptedFaults, SurviveTheSupervisorThatAdoptedThem) {
 }
 
 TEST(AdoptedFaults, StayPublishedAfterTheirSupervisorStepsDown) {
-  HealthCell cell;
-  const int pid = pid_of_node(cell.await_healthy(), "planner/left");
+  HealthCell cell({"--host", "alpha"}, "standby_cell.yaml");
+  const int pid = pid_of_node(cell.await_left_running(), "planner/left");
   ASSERT_TRUE(test::signal_process(pid, SIGKILL));
   const msg::Fault fault = cell.await_fault("a cleared fault", [](const msg::Fault& reported) {
     return reported.cause().kind() == msg::CauseKind::CAUSE_PROCESS_DIED &&
@@ -57,7 +57,7 @@ TEST(AdoptedFaults, StayPublishedAfterTheirSupervisorStepsDown) {
   bus::Reader<msg::Heartbeat> heartbeats(cell.participant(), &cell.mailbox());
   bus::Writer<msg::CellMode> leader(cell.participant());
   msg::CellMode mode;
-  mode.term(fault.term() + 1000);
+  mode.term(fault.term() + 1001);  // of the supervisor on beta: odd
   mode.node("supervisor@elsewhere");
   const auto lead_until = [&](const auto& condition) {
     for (const auto until = bus::Clock::now() + kPatience; bus::Clock::now() < until;) {

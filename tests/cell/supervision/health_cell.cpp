@@ -72,6 +72,16 @@ HealthCell::OwnRun::~OwnRun() {
   for (const config::Host& host : file.hosts) remove_run({file.cell.name, domain, host.name});
 }
 
+msg::CellStatus HealthCell::await_left_running() {
+  return await("the arm left that runs", [](const msg::CellStatus& status) {
+    const auto is_it = [](const msg::ArmStatus& arm) {
+      return arm.arm() == "left" && arm.mode() == msg::Mode::MODE_RUN &&
+             arm.state().mode() == msg::ArmMode::ARM_RUNNING;
+    };
+    return std::any_of(status.arms().begin(), status.arms().end(), is_it);
+  });
+}
+
 ChildCommand HealthCell::agent_command(const std::vector<std::string>& options) const {
   ChildCommand command{
       std::string(HECATON_BIN_DIR) + "/hecaton-agent", {file_.path, "--domain", std::to_string(domain())}, {}};

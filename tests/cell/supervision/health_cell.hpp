@@ -41,6 +41,8 @@ class HealthCell {
   msg::CellStatus await(const std::string& what, const Condition& condition);
   /// Until every node is alive, every process is known, no fault is open and the cell is on run.
   msg::CellStatus await_healthy();
+  /// Until the arm left runs: also in a cell of which other hosts are missing.
+  msg::CellStatus await_left_running();
   /// Until a cell mode satisfies `condition`.
   msg::CellMode await_mode(const std::string& what, const std::function<bool(const msg::CellMode&)>& condition);
   /// Until a published fault satisfies `condition`.

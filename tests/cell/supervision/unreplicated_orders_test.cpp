@@ -1,4 +1,5 @@
-// A supervisor that no longer leads requests its unreplicated orders from the new leader. The test acts as that leader.
+// A supervisor that no longer leads requests its unreplicated orders from the new leader. The test acts as that leader,
+// the supervisor on beta: its terms are odd.
 
 #include <algorithm>
 
@@ -45,11 +46,11 @@ class OtherLeader {
 };
 
 TEST(UnreplicatedOrders, AreRequestedFromTheNewLeaderUntilItPublishesThem) {
-  HealthCell cell;
-  const auto before = cell.await_healthy();
+  HealthCell cell({"--host", "alpha"}, "standby_cell.yaml");
+  const auto before = cell.await_left_running();
   ASSERT_TRUE(cell.call(msg::RequestKind::REQUEST_STOP, {"left"})->done());
   {
-    OtherLeader other(cell, before.mode().term() + 1000);
+    OtherLeader other(cell, before.mode().term() + 1001);
     EXPECT_TRUE(other.receives_request([](const msg::SupervisorRequest& request) {
       return request.kind() == msg::RequestKind::REQUEST_STOP && request.arms() == std::vector<std::string>{"left"};
     }));
@@ -59,7 +60,7 @@ TEST(UnreplicatedOrders, AreRequestedFromTheNewLeaderUntilItPublishesThem) {
         other.receives_request([](const auto& request) { return request.kind() == msg::RequestKind::REQUEST_STOP; }));
   }
   const auto after = cell.await("the first supervisor, leading again", [&](const msg::CellStatus& status) {
-    return status.mode().term() > before.mode().term() + 1000;
+    return status.mode().term() > before.mode().term() + 1001;
   });
   EXPECT_EQ(arms_on(after.mode(), msg::Mode::MODE_STOP), std::vector<std::string>{"left"});
   EXPECT_EQ(after.mode().ordered(), msg::Mode::MODE_HOLD) << "the orders of the other leader are in force, too";
