@@ -305,19 +305,20 @@ void SupervisorSubscriptions::apply_process_event(const bus::Sample<msg::Process
   const bool exited = event.kind() == msg::ProcessEventKind::PROCESS_EXITED;
   const KnownAgent& agent = *known_agent(sample);
   const bool past = event.sequence_number() <= agent.past_events;
-  if (exited) {
+  const bool own = event.node() == self_.node;  // an earlier process of this supervisor: take_own_predecessor_exit()
+  if (exited && !own) {
     ProcessExit exit = exit_of(event);
     const Time at = agent.at - std::chrono::nanoseconds(agent.stamp_ns - event.stamp_ns());
     if (past || arrival(sample) - at > kLate) exit.at = at;
     // Without a checkpoint this supervisor cannot know whether a past exit was published.
     to.detector.process_exited(event.node(), exit, self_.has_checkpoint || !past);
-  } else {
+  } else if (!exited) {
     to.detector.process_started(event.node(), event.pid());
   }
   const auto* leader = find(to.snapshot.heartbeats, leader_.node);
   const bool led = leader && event.node() == leader_.node && event.pid() == leader->value.pid();
   if (exited && led) to.leadership.leader_died();
-  if (event.node() != self_.node) return;
+  if (!own) return;
   if (exited) {
     processes_.own_exit = exit_of(event);
   } else if (event.pid() == getpid() && processes_.own_exit && !processes_.own_exit->wanted) {

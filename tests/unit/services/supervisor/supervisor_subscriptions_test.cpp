@@ -121,6 +121,18 @@ TEST_F(PastEvents, AreNoFaultsWithoutACheckpointUnlessTheyLast) {
   EXPECT_EQ(newcomer.faulty(), (Subjects{"driver/arm2", "driver/arm1"})) << "a new exit, although its successor runs";
 }
 
+// The supervisor reports the end of its predecessor itself.
+TEST_F(PastEvents, AreNoFaultsOfTheOwnNode) {
+  Listener successor(there_, true);
+  ASSERT_TRUE(successor.hears(3, [&] { heartbeat(); }));
+  die("supervisor", 41);
+  die("ros2", 51);
+  ASSERT_TRUE(successor.hears(5, [] {}));
+  const Subjects subjects = successor.faulty();
+  EXPECT_EQ(std::count(subjects.begin(), subjects.end(), "supervisor"), 0);
+  EXPECT_EQ(std::count(subjects.begin(), subjects.end(), "ros2"), 1) << "a helper";
+}
+
 // Of two heartbeats within a turn each counts.
 TEST_F(PastEvents, HeartbeatsOfTwoProcessesOfOneNodeAreBothReceived) {
   Listener listener(there_, false);
