@@ -55,6 +55,7 @@ FaultDetector::FaultDetector(std::vector<ExpectedNode> nodes, std::vector<std::s
                              const DetectionLimits& limits, Time now, const std::string& host)
     : limits_(limits),
       nodes_(std::move(nodes)),
+      now_(now),
       clock_(limits.loop_period, limits.loop_limit, now),
       liveness_(clock_),
       hosts_(hosts_of(nodes_), host, limits.hosts(), clock_),
@@ -77,6 +78,7 @@ FaultDetector::FaultDetector(std::vector<ExpectedNode> nodes, std::vector<std::s
 }
 
 void FaultDetector::advance(Time now) {
+  now_ = now;
   stalled_ = clock_.advance(now);
 }
 
@@ -118,14 +120,14 @@ void FaultDetector::helper_heard(std::string_view node, const Heartbeat& heartbe
 void FaultDetector::raise_helper(std::string_view node, std::int64_t ended_pid, const FaultObservation& observation) {
   if (!helper_faults_.contains(node) && helper_faults_.size() >= kMostHelpers) return;
   helper_faults_.insert_or_assign(std::string(node), ended_pid);
-  faults_.raise(std::string(node), observation, clock_.now());
+  faults_.raise(std::string(node), observation, now_);
 }
 
 void FaultDetector::clear_helper(std::string_view node) {
   const auto known = helper_faults_.find(node);
   if (known == helper_faults_.end()) return;
   helper_faults_.erase(known);
-  faults_.clear(std::string(node), clock_.now());
+  faults_.clear(std::string(node), now_);
 }
 
 void FaultDetector::stream_heard(std::string_view node, Time at, std::uint64_t number) {
@@ -230,8 +232,8 @@ void FaultDetector::refusal_heard(const std::string& node, const msg::Refusal& r
 
 void FaultDetector::arm_stands(const std::string& arm, const std::optional<std::string>& why) {
   const std::string key = fault_key(msg::CauseKind::CAUSE_ARM_STANDS, arm);
-  if (!why) return faults_.clear(key, clock_.now());
-  faults_.raise(key, {msg::CauseKind::CAUSE_ARM_STANDS, msg::Severity::SEVERITY_ERROR, arm, *why}, clock_.now());
+  if (!why) return faults_.clear(key, now_);
+  faults_.raise(key, {msg::CauseKind::CAUSE_ARM_STANDS, msg::Severity::SEVERITY_ERROR, arm, *why}, now_);
 }
 
 void FaultDetector::adopt(const std::string& key, const FaultRecord& record, Time now) {

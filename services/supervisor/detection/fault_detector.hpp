@@ -265,7 +265,8 @@ class FaultDetector {
   DetectionLimits limits_;
   std::vector<ExpectedNode> nodes_;
   std::map<std::string, NodeRecord, std::less<>> records_;  // by node
-  StallCompensatedClock clock_;
+  Time now_;                                                // of this turn
+  StallCompensatedClock clock_;                             // for silence; begins at 0
   Liveness liveness_;
   HostMonitor hosts_;
   PacketLossEstimator losses_;

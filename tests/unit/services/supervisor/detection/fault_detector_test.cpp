@@ -262,6 +262,7 @@ TEST_F(FaultDetectorTest, ReportsTheFailureOfAHelperAndHoldsNoArm) {
 }
 
 TEST_F(FaultDetectorTest, ReportsAHelperThatEndsAgainAndAgainUntilOneIsHeard) {
+  const Time begun = now;
   for (int pid = 900; pid < 903; ++pid) {
     detector.process_started("ros2", pid);
     detector.process_exited("ros2", {pid, 3, 0, false});
@@ -269,6 +270,7 @@ TEST_F(FaultDetectorTest, ReportsAHelperThatEndsAgainAndAgainUntilOneIsHeard) {
     EXPECT_EQ(the_fault().kind, msg::CauseKind::CAUSE_PROCESS_DIED);
     EXPECT_EQ(the_fault().severity, msg::Severity::SEVERITY_WARNING);
     EXPECT_EQ(the_fault().description, "ros2: process 900 ended with exit code 3") << "one fault, from the first end";
+    EXPECT_GE(the_fault().since, begun);
     EXPECT_TRUE(held().empty());
   }
   detector.heard("ros2", {902, now, 1, std::nullopt});
