@@ -289,19 +289,18 @@ void replace_trajectory(const Cell& cell, RosPeer& peer, int domain, const std::
   EXPECT_EQ(result->status(), kSucceeded) << result->result().error_string();
 }
 
-// A stall of one process alone shows at no other driver, and comes at times. A stop by the replacement comes each time.
+// Repeated only while the machine stalls too often to judge anything.
 TEST_F(Ros2Cell, ReplacesATrajectoryWithoutAStop) {
   constexpr int kTries = 4;
   constexpr int kEnough = 20;  // states: of a fifth of a second
   const Cell cell = connect();
   Replacement last;
-  const auto goes_on = [&] { return last.judged > kEnough && last.slowest > 0.02 * kTurnSpeed; };
-  for (int i = 0; i < kTries && !goes_on(); ++i) {
+  for (int i = 0; i < kTries && last.judged <= kEnough; ++i) {
     const auto start = home(cell, "north");
     ASSERT_NO_FATAL_FAILURE(replace_trajectory(cell, *peer_, cell_domain_->number(), start, last));
+    EXPECT_GT(last.slowest, 0.02 * kTurnSpeed) << "rad/s";
   }
   EXPECT_GT(last.judged, kEnough) << "states: this machine stalls too often";
-  EXPECT_GT(last.slowest, 0.02 * kTurnSpeed) << "rad/s";
 }
 
 TEST_F(Ros2Cell, StopsTheArmWhenThePlannerRejectsTheTrajectoryThatReplacesAnother) {
