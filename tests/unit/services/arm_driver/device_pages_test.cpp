@@ -92,6 +92,9 @@ DeviceSetup setup_of(int joints) {
   return setup;
 }
 
+/// Numbers and words by key.
+using Values = std::map<std::string, std::variant<double, std::string>>;
+
 /// One device and its table.
 struct Page {
   std::string page;
@@ -99,22 +102,21 @@ struct Page {
   std::vector<std::string_view> keys;
   DeviceSetup setup;
   /// Numbers and words of the options that a setup leads to, by key.
-  std::function<std::map<std::string, std::variant<double, std::string>>(const DeviceSetup&)> read;
+  std::function<Values(const DeviceSetup&)> read;
 };
 
 Page simulated() {
   return {"reference/cell-file.md", "### A simulated arm", kSimulatedKeys, setup_of(6), [](const DeviceSetup& setup) {
             const SimulatedOptions options = read_simulated_options(setup);
             const planner::ServoParameters& servo = options.servo;
-            return std::map<std::string, std::variant<double, std::string>>{
-                {"dead_time", servo.dead_time},
-                {"jitter", servo.jitter},
-                {"lag", servo.lag},
-                {"damping", servo.damping},
-                {"noise", servo.noise},
-                {"resolution", servo.resolution},
-                {"protective_speed", options.protective_speed},
-                {"protective_effort", options.protective_effort}};
+            return Values{{"dead_time", servo.dead_time},
+                          {"jitter", servo.jitter},
+                          {"lag", servo.lag},
+                          {"damping", servo.damping},
+                          {"noise", servo.noise},
+                          {"resolution", servo.resolution},
+                          {"protective_speed", options.protective_speed},
+                          {"protective_effort", options.protective_effort}};
           }};
 }
 
@@ -124,10 +126,9 @@ Page universal_robots() {
   return {"how-to/universal-robots.md", "## 2. Describe it in the cell file", kUniversalRobotsKeys, setup,
           [](const DeviceSetup& own) {
             const universal_robots::Options options = universal_robots::read_options(own);
-            return std::map<std::string, std::variant<double, std::string>>{
-                {"reverse_port", static_cast<double>(options.reverse_port)},
-                {"lookahead_time", options.lookahead_time},
-                {"gain", options.gain}};
+            return Values{{"reverse_port", static_cast<double>(options.reverse_port)},
+                          {"lookahead_time", options.lookahead_time},
+                          {"gain", options.gain}};
           }};
 }
 
@@ -135,10 +136,9 @@ Page abb_egm() {
   return {"how-to/abb-egm.md", "## 2. Describe it in the cell file", kAbbEgmKeys, setup_of(7),
           [](const DeviceSetup& setup) {
             const abb_egm::Options options = abb_egm::read_options(setup);
-            return std::map<std::string, std::variant<double, std::string>>{
-                {"port", static_cast<double>(options.port)},
-                {"external_axis", static_cast<double>(options.external_axis.value() + 1)},
-                {"tracking_delay", options.tracking_delay}};
+            return Values{{"port", static_cast<double>(options.port)},
+                          {"external_axis", static_cast<double>(options.external_axis.value() + 1)},
+                          {"tracking_delay", options.tracking_delay}};
           }};
 }
 
@@ -150,13 +150,12 @@ Page ros2_control() {
   return {"how-to/ros2-control.md", "## 2. Describe it in the cell file", ros2_control::kKeys, setup,
           [](const DeviceSetup& own) {
             const ros2_control::Options options = ros2_control::read_options(own);
-            return std::map<std::string, std::variant<double, std::string>>{
-                {"domain", static_cast<double>(options.domain)},
-                {"controller", options.controller},
-                {"joint_states", options.joint_states},
-                {"lookahead", options.lookahead},
-                {"tracking_delay", options.tracking_delay - options.lookahead},
-                {"gripper_effort", options.gripper.value().effort}};
+            return Values{{"domain", static_cast<double>(options.domain)},
+                          {"controller", options.controller},
+                          {"joint_states", options.joint_states},
+                          {"lookahead", options.lookahead},
+                          {"tracking_delay", options.tracking_delay - options.lookahead},
+                          {"gripper_effort", options.gripper.value().effort}};
           }};
 }
 
