@@ -2,11 +2,13 @@
 /// What the action of an arm leaves to the process that is started after this one, in a file of the run.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "services/bus/mailbox.hpp"
 #include "services/ros2_messages/ros2_types.hpp"
 
 namespace hecaton::ros2 {
@@ -52,6 +54,14 @@ struct SavedAction {
     visit(self.arm, self.goals, self.requests, self.active, self.uncancelled);
   }
 };
+
+// Instants of the steady clock as they are saved: nanoseconds.
+[[nodiscard]] inline std::int64_t stamp_of(bus::Clock::time_point time) {
+  return std::chrono::nanoseconds(time.time_since_epoch()).count();
+}
+[[nodiscard]] inline bus::Clock::time_point time_of(std::int64_t stamp_ns) {
+  return bus::Clock::time_point(std::chrono::nanoseconds(stamp_ns));
+}
 
 /// For one thread.
 class ActionCheckpoint {

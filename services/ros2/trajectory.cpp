@@ -38,12 +38,12 @@ std::string rounded(double value) {
   return {text.data(), static_cast<std::size_t>(size)};
 }
 
-struct Refused {
+struct RefusedTrajectory {
   TrajectoryRefusal refusal;
 };
 
 [[noreturn]] void refuse(TrajectoryCode code, std::string text) {
-  throw Refused{{code, std::move(text)}};
+  throw RefusedTrajectory{{code, std::move(text)}};
 }
 
 /// Values in the order of the goal's joints as a joint vector of the arm.
@@ -246,7 +246,7 @@ std::variant<TrajectoryOrder, TrajectoryRefusal> check_trajectory(const Trajecto
                                                                   const JointVector& q, double age) {
   try {
     return checked(goal, arm, q, age);
-  } catch (const Refused& refused) {
+  } catch (const RefusedTrajectory& refused) {
     return refused.refusal;
   }
 }

@@ -27,4 +27,9 @@ namespace hecaton::ros2 {
   return static_cast<double>(duration.sec) + 1e-9 * static_cast<double>(duration.nanosec);
 }
 
+/// A stamp that its sender has not set.
+[[nodiscard]] inline bool is_stamp_zero(const Time& stamp) {
+  return stamp.sec == 0 && stamp.nanosec == 0;
+}
+
 }  // namespace hecaton::ros2
