@@ -16,6 +16,9 @@ constexpr double kStillShare = 0.02;
 constexpr double kBlockedAfter = 0.5;
 /// An arm on a trajectory makes progress while the time runs at this share of its fastest rate.
 constexpr double kRunningShare = 0.05;
+/// An arm that returns to its goal stays where the constraints leave less than this share of its speed. Without it, two
+/// arms would press against each other, and each change of a state's age would move them.
+constexpr double kReturningShare = 0.1;
 /// A detour need not end exactly at its way-point [rad | m].
 constexpr double kDetourTolerance = 0.1;
 
@@ -198,6 +201,46 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.right_of_way.growth = 1.0;
 }
 
+/// What the arm does in a tick.
+struct Purpose {
+  bool tracks;   ///< a trajectory
+  bool at_goal;  ///< of its joints; not on a trajectory
+  bool yields;   ///< to another arm
+  /// Straight to a goal that it had reached and was pushed away from, as far as there is room. Two arms that searched
+  /// ways to goals too near each other would never rest.
+  bool returns;
+};
+
+/// The velocity without constraints.
+WantedMotion wanted_motion(const LocalInput& input, const Purpose& purpose, const RightOfWayInput& others,
+                           const MethodInput& method_input, const MethodState& state, LocalMemory& memory) {
+  const bool detours = memory.detour.active;
+  WantedMotion wish;
+  if (purpose.tracks) {
+    wish.velocity =
+        track(input.limits, input.q, input.qd, input.dt, input.speed, purpose.yields || detours, memory.tracking);
+  }
+  if (purpose.yields) {
+    wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
+  } else if (input.has_goal && !purpose.returns && (!purpose.tracks || detours)) {
+    wish = input.parameters.method->want(method_input, state);
+  } else if (!purpose.tracks) {
+    wish.velocity = goal_velocity(input.limits, input.q, method_input.target, input.dt);
+  }
+  return wish;
+}
+
+/// An arm that stands away from its goal for long is blocked.
+void judge_progress(const LocalInput& input, const Purpose& purpose, LocalMemory& memory, LocalResult& result) {
+  TrajectoryTracking& tracking = memory.tracking;
+  if (purpose.tracks && tracking.time >= tracking.trajectory->duration()) tracking.phase = TrackingPhase::kDone;
+  const bool runs = purpose.tracks && tracking.rate > kRunningShare * input.speed;
+  const bool moves = runs || result.qd.norm() > kStillShare * input.limits.velocity.norm();
+  const bool waits = memory.detour.active && memory.detour.stays;
+  memory.without_progress = moves || purpose.at_goal || waits ? 0.0 : memory.without_progress + input.dt;
+  result.blocked = memory.without_progress > kBlockedAfter;
+}
+
 }  // namespace
 
 void begin(const Manoeuvre& manoeuvre, LocalMemory& memory) {
@@ -229,24 +272,14 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
                                input.rows,       input.dt,   memory.deviation.active || memory.without_progress > 0.0};
   update_right_of_way(others, memory);
   result.yields_to = memory.right_of_way.yields_to;
-  const bool yields = result.yields_to >= 0;
-  const MotionMethod& method = *input.parameters.method;
+  const bool returns = input.has_goal && !tracks && !at_goal && !memory.right_of_way.under_way;
+  if (returns) memory.deviation.active = false;
+  const Purpose purpose{tracks, at_goal, result.yields_to >= 0, returns};
   const MethodInput method_input{input.limits, input.q,    input.qd,    input.q_goal, target,
                                  input.dt,     input.rows, input.scene, input.speed};
   const MethodState state{memory.method, memory.deviation, memory.random, memory.rollout_wait};
-  WantedMotion wish;
   const double time_before = tracking.time;
-  if (tracks) {
-    const bool waits = yields || memory.detour.active;
-    wish.velocity = track(input.limits, input.q, input.qd, input.dt, input.speed, waits, tracking);
-  }
-  if (yields) {
-    wish.velocity = retreat_velocity(others, memory.right_of_way, input.limits);
-  } else if (input.has_goal && (!tracks || memory.detour.active)) {
-    wish = method.want(method_input, state);
-  } else if (!tracks) {
-    wish.velocity = goal_velocity(input.limits, input.q, target, input.dt);
-  }
+  const WantedMotion wish = wanted_motion(input, purpose, others, method_input, state, memory);
   const JointVector& wanted = wish.velocity;
   result.stalled = wish.stalled;
   const VelocityBounds bounds = velocity_bounds(input);
@@ -258,13 +291,15 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   result.detouring = memory.detour.active;
   if (memory.detour.active) {
     update_detour(input, intended.x, wanted, memory.detour);
-  } else if (!at_goal && !yields && !tracks) {
+  } else if (!at_goal && !purpose.yields && !tracks && !returns) {
     const ConstrainedMotion constrained{wanted, intended.x, bounds, strongest_row(intended), memory.right_of_way.leads};
-    const Redirection redirection = method.redirect(method_input, constrained, state);
+    const Redirection redirection = input.parameters.method->redirect(method_input, constrained, state);
     result.awaiting_rollout = redirection.awaiting_rollout;
     if (redirection.velocity) {
       intended = project(problem, *redirection.velocity, bounds, still, memory.followed, intention_relaxed);
     }
+  } else if (returns && !purpose.yields && deadlocked(intended.x, wanted, kReturningShare)) {
+    intended.x = project(problem, still, bounds, still, memory.followed, intention_relaxed).x;
   }
   result.following = memory.deviation.active;
   result.binding_row = strongest_row(intended);
@@ -278,12 +313,7 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
     keep_box(input.limits, q_next, result.qd, input.dt, stop_time, time_before, tracking);
   }
 
-  if (tracks && tracking.time >= tracking.trajectory->duration()) tracking.phase = TrackingPhase::kDone;
-  const bool runs = tracks && tracking.rate > kRunningShare * input.speed;
-  const bool moves = runs || result.qd.norm() > kStillShare * input.limits.velocity.norm();
-  const bool waits = memory.detour.active && memory.detour.stays;
-  memory.without_progress = moves || at_goal || waits ? 0.0 : memory.without_progress + input.dt;
-  result.blocked = memory.without_progress > kBlockedAfter;
+  judge_progress(input, purpose, memory, result);
   return result;
 }
 

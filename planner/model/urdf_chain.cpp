@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -47,18 +48,6 @@ int free_joints(const std::vector<TreeLink>& tree, int i) {
   int joints = 0;
   for (; i > 0; i = tree[i].link.parent) joints += moves(tree[i]) && !tree[i].mimic ? 1 : 0;
   return joints;
-}
-
-/// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is the link with the
-/// most fixed joints between; of equals, the first in the tree's order.
-int tip_of_body(const std::vector<TreeLink>& tree, int body) {
-  int tip = body;
-  for (int i = body; i < static_cast<int>(tree.size()); ++i) {
-    if (moved_link(tree, i) != body) continue;
-    if (tree[i].link.name == "tool0") return i;
-    if (depth(tree, i) > depth(tree, tip)) tip = i;
-  }
-  return tip;
 }
 
 /// The position at which joint `i` outside the chain is held.
@@ -134,9 +123,28 @@ bool has_word(const std::string& name, std::initializer_list<const char*> words)
                      [&](const char* word) { return lower.find(word) != std::string::npos; });
 }
 
+/// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is one named as the
+/// centre of a grasp, otherwise the link with the most fixed joints between; of equals, the first in the tree's order.
+/// Frames of cameras are no tools.
+int tip_of_body(const std::vector<TreeLink>& tree, int body) {
+  const auto value_of = [&](int i) {
+    const std::string& name = tree[i].link.name;
+    const bool is_camera = has_word(name, {"camera", "optical", "realsense"});
+    return std::pair{is_camera ? -1 : (has_word(name, {"tcp", "grasp"}) ? 1 : 0), depth(tree, i)};
+  };
+  int tip = body;
+  for (int i = body; i < static_cast<int>(tree.size()); ++i) {
+    if (moved_link(tree, i) != body) continue;
+    if (tree[i].link.name == "tool0") return i;
+    if (value_of(i) > value_of(tip)) tip = i;
+  }
+  return tip;
+}
+
 /// True for a joint named as "left_finger_joint" is, or for a link named so. A link named "gripper" may be the hand, a
-/// joint named "gripper_roll" the wrist.
+/// joint named "gripper_roll" the wrist. A thumb may turn as a wrist does.
 bool is_named_finger(const Link& link) {
+  if (has_word(link.joint_name, {"thumb"}) || has_word(link.name, {"thumb"})) return true;
   if (has_word(link.joint_name, {"roll", "rot", "yaw", "pitch", "wrist"})) return false;
   return has_word(link.joint_name, {"finger", "gripper", "jaw", "knuckle", "thumb", "claw"}) ||
          has_word(link.name, {"finger", "jaw", "knuckle", "thumb", "claw"});
@@ -150,6 +158,10 @@ bool carries_fingers(const std::vector<TreeLink>& tree, int body, int joints_bey
   const auto all = [&](auto&& holds) { return std::all_of(children.begin(), children.end(), holds); };
   if (all([&](int i) { return is_named_finger(tree[i].link); })) return true;
   if (children.size() < 2) return false;
+  // Beside a thumb the other fingers are named "index", "middle", "ring" and so on.
+  if (std::any_of(children.begin(), children.end(), [&](int i) { return has_word(tree[i].link.name, {"thumb"}); })) {
+    return true;
+  }
   if (all([&](int i) { return tree[i].link.joint_type == JointType::kPrismatic; })) return true;
   return std::any_of(children.begin(), children.end(), [&](int i) { return tree[i].mimic.has_value(); });
 }
@@ -162,6 +174,11 @@ int without_fingers(const std::vector<TreeLink>& tree, int body) {
     if (carries_fingers(tree, i, joints - moving_joints(tree, i))) hand = i;
   }
   return hand;
+}
+
+void replace_word(std::string& text, std::string_view word, const std::string& by) {
+  const std::size_t at = text.rfind(word);
+  if (at != std::string::npos) text.replace(at, word.size(), by);
 }
 
 int link_named(const std::vector<TreeLink>& tree, const std::string& wanted, const ChainRequest& request,
@@ -277,11 +294,14 @@ int find_tool_link(const std::vector<TreeLink>& tree, const ChainRequest& reques
     if (std::find(bodies.begin(), bodies.end(), body) == bodies.end()) bodies.push_back(body);
   }
   if (bodies.size() > 1) {
-    const std::string how = request.name_of_tool_link.empty() ? "tool_link" : request.name_of_tool_link;
-    throw ModelError(request.path + ": the chains to links " + in_quotes(tree[tip_of_body(tree, bodies[0])].link.name) +
-                     " and " + in_quotes(tree[tip_of_body(tree, bodies[1])].link.name) + " both have " +
-                     std::to_string(moving_joints(tree, bodies[0])) + " joints; say which link is the tool (" + how +
-                     ")");
+    const std::string first = tree[tip_of_body(tree, bodies[0])].link.name;
+    const std::string second = tree[tip_of_body(tree, bodies[1])].link.name;
+    std::string how = request.name_of_tool_link.empty() ? "tool_link" : request.name_of_tool_link;
+    replace_word(how, kFirstToolLink, first);
+    replace_word(how, kSecondToolLink, second);
+    throw ModelError(request.path + ": the chains to links " + in_quotes(first) + " and " + in_quotes(second) +
+                     " both have " + std::to_string(moving_joints(tree, bodies[0])) +
+                     " joints; say which link is the tool (" + how + ")");
   }
   const int tool = tip_of_body(tree, bodies.empty() ? base : bodies[0]);
   const bool has_fingers = !bodies.empty() && moving_joints(tree, bodies[0]) < most.second;

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "planner/model/followers.hpp"
@@ -38,6 +39,10 @@ struct ChainRequest {
   std::string name_of_tool_link;
   std::string name_of_held;
 };
+
+/// In `name_of_tool_link`, stand for the two links of equal chains between which the user has to choose.
+inline constexpr std::string_view kFirstToolLink = "@first";
+inline constexpr std::string_view kSecondToolLink = "@second";
 
 /// Index of the link with this name; −1: none.
 [[nodiscard]] int index_of_link(const std::vector<TreeLink>& tree, const std::string& name);

@@ -22,8 +22,8 @@ enum class MeshGeometry {
 /// How messages name options to the user ("--tool LINK", "arms[0].limits.velocity"); empty: the user has no such
 /// option.
 struct UrdfOptionNames {
-  std::string tool_link;
-  std::string packages;  ///< with @ for the name of the package: "--package @=DIR"
+  std::string tool_link;  ///< may have @first and @second for the links of equal chains
+  std::string packages;   ///< with @ for the name of the package: "--package @=DIR"
   std::string held_joints;
   std::string xacro_arguments;
   std::string default_velocity;

@@ -200,8 +200,13 @@ constexpr std::size_t kMostFoundPackages = 64;
 
 std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources,
                                         const XacroOptions& options) try {
+  if (sources.place(path) != fs::path(path)) {
+    throw ModelError(path +
+                     ": the copy of this file is xacro, which is expanded in place only; expand the file first (xacro "
+                     "in.xacro > out.urdf)");
+  }
   // Absolute, so that no path begins with a dash, as options do.
-  std::vector<std::string> words{"xacro", fs::absolute(sources.place(path)).string()};
+  std::vector<std::string> words{"xacro", fs::absolute(path).string()};
   for (const auto& [name, value] : options.arguments) words.push_back(name + ":=" + value);
   std::map<std::string, std::string> packages = options.packages;
   // xacro names one missing package at a time.

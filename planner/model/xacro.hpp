@@ -25,7 +25,8 @@ struct XacroOptions {
 /// What `xacro` writes for the file `path` of `sources`. Waits until the program ends, up to the time limit. It finds
 /// packages where resolve_resource() does. Empty when the PATH has no such program. Throws ModelError, which begins
 /// with `path`, when the program fails or takes too long; the sentence ends with the program's reason, or with what to
-/// do about a missing package.
+/// do about a missing package. Throws it also for a copy in a snapshot, which may come from elsewhere: xacro evaluates
+/// Python and reads any file.
 [[nodiscard]] std::optional<std::string> expand_xacro(const std::string& path, SourceFiles& sources,
                                                       const XacroOptions& options);
 

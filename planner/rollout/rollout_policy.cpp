@@ -133,10 +133,11 @@ std::optional<RolloutQuestion> RolloutPolicy::next(const ArmController& controll
   const double dt = controller.control_period();
   since_answer_ += dt;
   const bool blocked = result.status == TickStatus::kFollowingBoundary || result.status == TickStatus::kDetouring ||
-                       result.status == TickStatus::kBlocked ||
-                       (result.status == TickStatus::kYielding && controller.under_way()) || result.awaiting_rollout;
-  // On a route, RoutePolicy reacts instead; on a trajectory the arm waits.
-  const bool trouble = blocked && !controller.route().under_way() && !controller.follows_trajectory();
+                       result.status == TickStatus::kBlocked || result.status == TickStatus::kYielding ||
+                       result.awaiting_rollout;
+  // On a route, RoutePolicy reacts instead; on a trajectory the arm waits, and away from a goal that it had reached.
+  const bool trouble =
+      blocked && controller.under_way() && !controller.route().under_way() && !controller.follows_trajectory();
   since_trouble_ = trouble ? 0.0 : since_trouble_ + dt;
   if (since_trouble_ > kOutOfTrouble) horizon_ = parameters_.horizon;
   since_lookahead_ += dt;

@@ -5,34 +5,16 @@
 #include "planner/trajectory/stop_profile.hpp"
 
 namespace hecaton::planner {
-namespace {
-
-/// Rate at which a position error is corrected [1/s].
-constexpr double kTrackingGain = 30.0;
-/// Share of the acceleration limit for the end of a correction; prevents overshoot.
-constexpr double kCorrectionShare = 0.5;
-
-}  // namespace
-
 ServoedJoints::ServoedJoints(JointLimits limits, const JointVector& q)
     : limits_(std::move(limits)), state_{q, JointVector::Zero(q.size())} {}
 
-// Commands the set-point's velocity plus a correction of the error expected at the end of the step.
 void ServoedJoints::follow(const JointState& set_point, double dt) {
-  const JointVector error = set_point.q - (state_.q + 0.5 * (state_.qd + set_point.qd) * dt);
-  advance_within_limits(limits_, set_point.qd + correction(error), dt, state_);
+  follow_within_limits(limits_, set_point, dt, state_);
 }
 
 void ServoedJoints::brake(double dt) {
   advance_within_limits(limits_, braking_velocity(limits_, state_.qd, dt), dt, state_);
   if (state_.qd.isZero()) state_.qd.setZero();  // up to rounding
-}
-
-JointVector ServoedJoints::correction(const JointVector& error) const {
-  const JointVector linear = kTrackingGain * error;
-  const JointVector fastest =
-      (2.0 * kCorrectionShare * limits_.acceleration.cwiseProduct(error.cwiseAbs())).cwiseSqrt();
-  return linear.cwiseMax(-fastest).cwiseMin(fastest);
 }
 
 ArmModel::ArmModel(const JointLimits& limits, const JointVector& q, double command_timeout)

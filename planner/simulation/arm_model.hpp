@@ -16,8 +16,7 @@ class ServoedJoints {
   /// At rest at `q`.
   ServoedJoints(JointLimits limits, const JointVector& q);
 
-  /// Moves for dt [s] towards `set_point`, which is due at the end. Corrects a position error no faster than the joint
-  /// can brake again. Keeps the limits of velocity and acceleration for any set-point.
+  /// See follow_within_limits().
   void follow(const JointState& set_point, double dt);
   /// Moves for dt [s] on the stop profile.
   void brake(double dt);
@@ -25,9 +24,6 @@ class ServoedJoints {
   [[nodiscard]] const JointState& state() const { return state_; }
 
  private:
-  /// Velocity that reduces a position error [rad/s | m/s].
-  [[nodiscard]] JointVector correction(const JointVector& error) const;
-
   JointLimits limits_;
   JointState state_;
 };

@@ -13,8 +13,25 @@ namespace {
 constexpr double kTimeTolerance = 1e-9;
 /// Controllers derive velocities from positions over some 20 ms: noise of a velocity per noise of a position [1/s].
 constexpr double kVelocityNoise = 50.0;
+/// Rate at which a position error is corrected [1/s].
+constexpr double kTrackingGain = 30.0;
+/// Share of the acceleration limit for the end of a correction; prevents overshoot.
+constexpr double kCorrectionShare = 0.5;
+
+/// Velocity that reduces a position error [rad/s | m/s].
+JointVector correction(const JointLimits& limits, const JointVector& error) {
+  const JointVector linear = kTrackingGain * error;
+  const JointVector fastest = (2.0 * kCorrectionShare * limits.acceleration.cwiseProduct(error.cwiseAbs())).cwiseSqrt();
+  return linear.cwiseMax(-fastest).cwiseMin(fastest);
+}
 
 }  // namespace
+
+// Commands the set-point's velocity plus a correction of the error expected at the end of the step.
+void follow_within_limits(const JointLimits& limits, const JointState& set_point, double dt, JointState& state) {
+  const JointVector error = set_point.q - (state.q + 0.5 * (state.qd + set_point.qd) * dt);
+  advance_within_limits(limits, set_point.qd + correction(limits, error), dt, state);
+}
 
 // From the documents of the interfaces and their defaults, which the pages of the devices name. None was measured at a
 // real robot. UR: cycles of 8 ms and 2 ms, lookahead_time of servoj 0.03 s. ABB: cycles of 4 ms, low-pass filter of 20
@@ -57,7 +74,7 @@ void Servo::follow(const JointState& set_point, double dt) {
   // Between its cycles, and until a late set-point arrives, the controller goes on at the velocity of the last one.
   // What stands during a step is the target in its middle.
   const double at = now_ - (parameters_.lag > 0.0 ? 0.5 * dt : 0.0);
-  approach(active_.target.q + active_.target.qd * (at - active_.at), dt);
+  approach({active_.target.q + active_.target.qd * (at - active_.at), active_.target.qd}, dt);
   measure();
 }
 
@@ -71,30 +88,30 @@ void Servo::take() {
   }
 }
 
+// Without a lag as a perfect controller does, because a set-point may come late and then jump. Else:
 // First order:   q̇ = (q_target − q)/L
 // Second order:  q̈ = ω² (q_target − q) − 2 ζ ω q̇,   ω = 2 ζ/L
 // Both are behind a ramp by L. Solved exactly for a target that stands during dt.
-void Servo::approach(const JointVector& target, double dt) {
-  const JointVector before = state_.q;
+void Servo::approach(const JointState& target, double dt) {
   const double L = parameters_.lag;
-  if (L <= 0.0) {
-    state_.q = target;
-  } else if (parameters_.damping <= 0.0) {
-    state_.q += (target - state_.q) * (1.0 - std::exp(-dt / L));
+  if (L <= 0.0) return follow_within_limits(limits_, target, dt, state_);
+  const JointVector before = state_.q;
+  if (parameters_.damping <= 0.0) {
+    state_.q += (target.q - state_.q) * (1.0 - std::exp(-dt / L));
   } else {
     const double decay = 2.0 * parameters_.damping * parameters_.damping / L;  // ζ ω
     const double omega = 2.0 * parameters_.damping / L;
     const double damped = omega * std::sqrt(1.0 - parameters_.damping * parameters_.damping);
-    const JointVector x = state_.q - target;
+    const JointVector x = state_.q - target.q;
     const JointVector b = (state_.qd + decay * x) / damped;
     const double fading = std::exp(-decay * dt);
     const double c = std::cos(damped * dt);
     const double s = std::sin(damped * dt);
-    state_.q = target + fading * (c * x + s * b);
+    state_.q = target.q + fading * (c * x + s * b);
     state_.qd = fading * ((damped * b - decay * x) * c - (damped * x + decay * b) * s);
   }
   state_.q = state_.q.cwiseMax(limits_.lower).cwiseMin(limits_.upper);
-  if (L <= 0.0 || parameters_.damping <= 0.0) state_.qd = (state_.q - before) / dt;
+  if (parameters_.damping <= 0.0) state_.qd = (state_.q - before) / dt;
 }
 
 void Servo::brake(double dt) {

@@ -23,7 +23,7 @@ struct ServoParameters {
 
   /// Mean time by which the joints are behind their set-points [s].
   [[nodiscard]] double delay() const { return dead_time + lag; }
-  [[nodiscard]] bool perfect() const { return delay() <= 0.0 && noise <= 0.0 && resolution <= 0.0; }
+  [[nodiscard]] bool perfect() const { return period <= 0.0 && delay() <= 0.0 && noise <= 0.0 && resolution <= 0.0; }
 };
 
 /// Parameters near those of a kind of controller.
@@ -32,6 +32,10 @@ struct ServoPreset {
   ServoParameters servo;
 };
 [[nodiscard]] const std::vector<ServoPreset>& servo_presets();
+
+/// Moves `state` for dt [s] towards `set_point`, which is due at the end. Corrects a position error no faster than a
+/// joint can brake again. Keeps the limits of velocity and acceleration for any set-point.
+void follow_within_limits(const JointLimits& limits, const JointState& set_point, double dt, JointState& state);
 
 /// Joints behind such a controller. Keeps the limits of velocity and acceleration that set-points keep, up to the
 /// overshoot of a second order. No clock.
@@ -57,7 +61,7 @@ class Servo {
     JointState target;
   };
   void take();
-  void approach(const JointVector& target, double dt);
+  void approach(const JointState& target, double dt);
   void measure();
 
   JointLimits limits_;

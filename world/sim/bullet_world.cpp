@@ -16,6 +16,10 @@ EditResult unknown(const char* what, const std::string& name) {
   return {EditRefusal::kUnknownName, name, std::string("there is no ") + what + " named '" + name + "'"};
 }
 
+std::string already(const std::string& name) {
+  return "there is already an obstacle named '" + name + "'";
+}
+
 EditResult not_now(const std::string& subject, std::string reason) {
   return {EditRefusal::kNotNow, subject, std::move(reason)};
 }
@@ -65,9 +69,10 @@ struct BulletWorld::Impl {
     return found == indices.end() ? -1 : found->second;
   }
 
-  [[nodiscard]] std::optional<std::string> why_not(const Obstacle& obstacle) const;
+  [[nodiscard]] std::optional<std::string> why_impossible(const Obstacle& obstacle) const;
   void append(const Obstacle& obstacle);
   void remove(int obstacle);
+  void change_obstacles();
   void change_carrier(int obstacle);
   void sort_by_motion();
   void set_state(int obstacle, const MotionState& state);
@@ -84,16 +89,17 @@ BulletWorld::Impl::Impl(const Scene& initial, std::vector<ArmBodies> arms_given)
   scene.floor_z = initial.floor_z;
   scene.gravity = initial.gravity;
   for (const Obstacle& obstacle : initial.obstacles) {
-    if (const auto reason = why_not(obstacle)) throw std::invalid_argument(*reason);
+    if (const auto reason = why_impossible(obstacle)) throw std::invalid_argument(*reason);
+    if (obstacle_index(obstacle.name) >= 0) throw std::invalid_argument(already(obstacle.name));
     append(obstacle);
   }
   sort_by_motion();
   contact_monitor.set_obstacles(scene.obstacles);
 }
 
-std::optional<std::string> BulletWorld::Impl::why_not(const Obstacle& obstacle) const {
+/// Without regard to the names of obstacles.
+std::optional<std::string> BulletWorld::Impl::why_impossible(const Obstacle& obstacle) const {
   if (auto reason = why_invalid(obstacle)) return reason;
-  if (obstacle_index(obstacle.name) >= 0) return "there is already an obstacle named '" + obstacle.name + "'";
   if (obstacle.attachment && arm_index(obstacle.attachment->arm) < 0) {
     return "obstacle '" + obstacle.name + "' is attached to '" + obstacle.attachment->arm +
            "', which is no arm of this cell";
@@ -130,6 +136,13 @@ void BulletWorld::Impl::sort_by_motion() {
     if (carriers[i] || is_scripted(scene.obstacles[i].motion)) guided.push_back(i);
     if (is_free(scene.obstacles[i])) free.push_back(i);
   }
+}
+
+/// Must follow each append() and remove().
+void BulletWorld::Impl::change_obstacles() {
+  sort_by_motion();
+  contact_monitor.set_obstacles(scene.obstacles);
+  ++edition;
 }
 
 void BulletWorld::Impl::set_state(int obstacle, const MotionState& state) {
@@ -251,14 +264,27 @@ std::uint64_t BulletWorld::edition() const {
 }
 
 EditResult BulletWorld::add(const Obstacle& obstacle) {
-  if (auto reason = impl_->why_not(obstacle)) {
-    const bool taken = impl_->obstacle_index(obstacle.name) >= 0;
-    return {taken ? EditRefusal::kNameTaken : EditRefusal::kInvalidValue, obstacle.name, std::move(*reason)};
+  if (impl_->obstacle_index(obstacle.name) >= 0) {
+    return {EditRefusal::kNameTaken, obstacle.name, already(obstacle.name)};
+  }
+  if (auto reason = impl_->why_impossible(obstacle)) {
+    return {EditRefusal::kInvalidValue, obstacle.name, std::move(*reason)};
   }
   impl_->append(obstacle);
-  impl_->sort_by_motion();
-  impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
-  ++impl_->edition;
+  impl_->change_obstacles();
+  return {};
+}
+
+EditResult BulletWorld::replace(const Obstacle& obstacle) {
+  const int index = impl_->obstacle_index(obstacle.name);
+  if (index < 0) return unknown("obstacle", obstacle.name);
+  if (auto reason = impl_->why_impossible(obstacle)) {
+    return {EditRefusal::kInvalidValue, obstacle.name, std::move(*reason)};
+  }
+  const Obstacle next = obstacle;  // may be an element of obstacles()
+  impl_->remove(index);
+  impl_->append(next);
+  impl_->change_obstacles();
   return {};
 }
 
@@ -289,9 +315,7 @@ EditResult BulletWorld::remove(const std::string& name) {
   const int index = impl_->obstacle_index(name);
   if (index < 0) return unknown("obstacle", name);
   impl_->remove(index);
-  impl_->sort_by_motion();
-  impl_->contact_monitor.set_obstacles(impl_->scene.obstacles);
-  ++impl_->edition;
+  impl_->change_obstacles();
   return {};
 }
 

@@ -81,6 +81,9 @@ class BulletWorld {
 
   /// Refuses a name that is taken, an impossible shape, pose or motion, and an attachment to an unknown arm.
   EditResult add(const Obstacle& obstacle);
+  /// Puts the obstacle in the place of the one with its name, carried or not. Refuses an unknown name, and what add()
+  /// refuses otherwise.
+  EditResult replace(const Obstacle& obstacle);
   /// Ends a scripted motion. A dynamic obstacle starts there at rest. Refuses an attached obstacle.
   EditResult move(const std::string& name, const Pose& X_WO);
   EditResult remove(const std::string& name);  ///< attached or not

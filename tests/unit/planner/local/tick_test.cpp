@@ -77,6 +77,27 @@ TEST(Tick, BoundaryFollowingSwitchesWallsInACorner) {
   }
 }
 
+// Another arm has pushed it behind the wall, around which it would find a way.
+TEST(Tick, ArmPushedAwayFromAReachedGoalReturnsStraightAsFarAsThereIsRoom) {
+  Journey run(kWall, built_in_method("boundary_following"));
+  ASSERT_EQ(run.drive(joints({0.5, 0}), joints({1, 0}), 1000), TickStatus::kReached);
+  run.input.q = joints({-1, 0});
+  run.input.qd = joints({0, 0});
+  for (int k = 0; k < 1000; ++k) {
+    const TickResult result = run.step();
+    ASSERT_NE(result.status, TickStatus::kFollowingBoundary) << k;
+    ASSERT_FALSE(result.awaiting_rollout) << k;
+    ASSERT_EQ(run.input.q[1], 0.0) << k;
+  }
+  EXPECT_EQ(run.input.qd, joints({0, 0}));
+  EXPECT_GT(run.input.q[0], -0.3) << "it has come near the wall";
+  EXPECT_GE(run.nearest, 0.019);
+
+  run.input.q = joints({0.5, 0.3});
+  for (int k = 0; k < 1000; ++k) run.step();
+  EXPECT_LT((run.input.q - run.input.q_goal).norm(), 3e-3) << "with room";
+}
+
 /// Moves to the wall until the arm would deviate but waits for a rollout, for up to 0.1 s.
 void drive_until_awaiting_rollout(Journey& run) {
   run.input.q = joints({-1, 0});

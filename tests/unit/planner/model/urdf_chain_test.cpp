@@ -59,11 +59,11 @@ const std::string kSecondHand = ball_link("arm2") + ball_link("hand2") +
 
 TEST(UrdfChain, RefusesEqualChainsWithoutToolLink) {
   UrdfOptions options;
-  options.names.tool_link = "--tool LINK";
+  options.names.tool_link = "--tool LINK; both: @first @second";
   const std::string message = test::error_of(robot(kHand + kSecondHand), options);
   EXPECT_NE(
       message.find("the chains to links 'hand' and 'hand2' both have 2 joints; say which link is the tool (--tool "
-                   "LINK)"),
+                   "LINK; both: hand hand2)"),
       std::string::npos)
       << message;
 }
@@ -83,6 +83,34 @@ TEST(UrdfChain, ProposesTheHandInsteadOfAFinger) {
       << "one follows the other";
   EXPECT_EQ(tool_of(kHand + grip + ball_link("a") + joint("jaw_joint", "revolute", "hand", "a", kLimit)), "grip")
       << "it is named so";
+}
+
+TEST(UrdfChain, ProposesTheHandInsteadOfAThumb) {
+  // Beside a thumb, which turns in two directions, the other fingers have names of their own and fewer joints.
+  const std::string palm = R"(<link name="palm"/>)" + joint("p", "fixed", "hand", "palm");
+  const std::string thumb =
+      ball_link("thumb_base") + joint("thumb_proximal_yaw_joint", "revolute", "palm", "thumb_base", kLimit) +
+      ball_link("thumb_tip") + joint("thumb_pitch", "revolute", "thumb_base", "thumb_tip", kLimit);
+  const std::string index = ball_link("index_0") + joint("index_0_joint", "revolute", "palm", "index_0", kLimit);
+  const std::string longer = ball_link("forearm") + joint("elbow", "revolute", "hand", "forearm", kLimit) +
+                             R"(<link name="mount"/>)" + joint("m", "fixed", "forearm", "mount");
+  std::string on_mount = palm + thumb + index;
+  on_mount.replace(on_mount.find("\"hand\""), 6, "\"mount\"");
+  EXPECT_EQ(tool_of(kHand + longer + on_mount), "palm");
+}
+
+TEST(UrdfChain, ProposesNoCameraOfTheHand) {
+  const auto frames = [](const std::string& grasp) {
+    return R"(<link name="camera_bottom"/><link name="camera_link"/><link name="camera_color_optical_frame"/>)"
+           R"(<link name="grip"/>)" +
+           joint("c1", "fixed", "hand", "camera_bottom") + joint("c2", "fixed", "camera_bottom", "camera_link") +
+           joint("c3", "fixed", "camera_link", "camera_color_optical_frame") + joint("g", "fixed", "hand", "grip") +
+           R"(<link name="tag"/><link name=")" + grasp + R"("/>)" + joint("t", "fixed", "grip", "tag") +
+           joint("s", "fixed", "hand", grasp);
+  };
+  EXPECT_EQ(tool_of(kHand + frames("side")), "tag") << "the deepest of the others";
+  EXPECT_EQ(tool_of(kHand + frames("link_grasp_center")), "link_grasp_center");
+  EXPECT_EQ(tool_of(kHand + frames("Hand_TCP")), "Hand_TCP");
 }
 
 TEST(UrdfChain, TakesAWristForNoFinger) {

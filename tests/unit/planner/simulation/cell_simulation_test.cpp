@@ -1,4 +1,4 @@
-// Episodes of small cells: unreachable goals, coupled plans, and obstacles that pass.
+// Episodes of small cells: unreachable goals, coupled plans, obstacles that pass, and arms at rest.
 #include "planner/simulation/cell_simulation.hpp"
 
 #include <algorithm>
@@ -227,6 +227,73 @@ TEST(PassingObstacle, StandingSlowsTheArm) {
   const Journey free = drive(false);
   const Journey staying = drive(true, {0.15, 0.02, 0});
   EXPECT_LT(staying.x[40], 0.9 * free.x[40]);
+}
+
+// Arms that have reached their goals. A ball in a closed courtyard with its goal outside keeps the episodes going.
+
+PlannedArm resting_ball(const char* name) {
+  PlannedArm planned;
+  planned.arm = test::planar_point(name);
+  planned.parameters.damper = {.influence_distance = 0.12, .security_distance = 0.03, .convergence_speed = 0.55};
+  return planned;
+}
+
+struct Afterwards {
+  EpisodeOutcome outcome;
+  CellConfiguration q;       ///< at the end [m]
+  double last_reach = 0.0;   ///< of the balls outside the courtyard [s]
+  double last_motion = 0.0;  ///< the last time at which one of them was faster than 1 mm/s [s]
+};
+
+Afterwards reach_and_rest(std::vector<PlannedArm> balls, CellConfiguration starts, CellConfiguration goals,
+                          const NetworkParameters& network = {}) {
+  const std::size_t n = balls.size();
+  Cell cell = courtyard();
+  balls.push_back(cell.arms[0]);
+  cell.arms = std::move(balls);
+  starts.push_back(joints({1, 0}));
+  goals.push_back(joints({0, 0}));
+  Afterwards run;
+  EpisodeOptions options;
+  options.network = network;
+  options.observe = [&](double now, const CellConfiguration& q, std::span<const ArmPlanner> /*planners*/) {
+    for (std::size_t i = 0; i < n && !run.q.empty(); ++i) {
+      if ((q[i] - run.q[i]).norm() > 1e-3 * cell.timing.control_period) run.last_motion = now;
+    }
+    run.q = q;
+  };
+  run.outcome = simulate_episode(cell, starts, goals, options);
+  for (std::size_t i = 0; i < n; ++i) {
+    const ArmOutcome& arm = run.outcome.arms[i];
+    EXPECT_EQ(arm.outcome, TaskOutcome::kReached) << i << ": " << arm.reason;
+    run.last_reach = std::max(run.last_reach, arm.time);
+  }
+  EXPECT_EQ(run.outcome.contact_report.contacts, 0U);
+  return run;
+}
+
+// The goals are 0.08 m apart, but the centres of two balls need 2 · 0.05 m + dₛ.
+TEST(ArmsAtRest, ComeToRestWithGoalsTooNearEachOther) {
+  for (const double age : {0.0, 0.05}) {
+    const Afterwards run =
+        reach_and_rest({resting_ball("first"), resting_ball("second")}, {joints({-1.3, 0}), joints({-2.2, 0})},
+                       {joints({-1, 0}), joints({-1.08, 0})}, {.age = age, .jitter = 0.4 * age});
+    EXPECT_GT((run.q[0] - run.q[1]).norm(), 0.1 + 0.02) << "age " << age;
+    EXPECT_LT(run.last_motion, run.last_reach + 4.0) << "age " << age;
+    EXPECT_GT(run.outcome.duration, run.last_motion + 5.0) << "age " << age;
+  }
+}
+
+// The second ball moves along a line, so that it cannot go around the first one.
+TEST(ArmsAtRest, ReturnOnceAnotherArmHasPassed) {
+  PlannedArm second = resting_ball("second");
+  second.arm.limits.lower[1] = second.arm.limits.upper[1] = 0.0;
+  const CellConfiguration goals{joints({-1, 0.06}), joints({-0.3, 0})};
+  const Afterwards run =
+      reach_and_rest({resting_ball("first"), second}, {joints({-1.2, 0.06}), joints({-2.2, 0})}, goals);
+  EXPECT_GT(run.outcome.arms[0].yielding_ticks, 0);
+  EXPECT_LT((run.q[0] - goals[0]).norm(), 3e-3);
+  EXPECT_LT(run.last_motion, run.last_reach + 4.0);
 }
 
 }  // namespace

@@ -62,6 +62,31 @@ TEST(Servo, OvershootsAsASecondOrderOnly) {
   EXPECT_NEAR(highest_with(0.5), 1.163, 0.002);  // 1 + exp(−π ζ/√(1 − ζ²))
 }
 
+TEST(Servo, TakesSetPointsInItsOwnPeriodWithinTheLimits) {
+  const ServoParameters own_period{.period = 0.02};
+  EXPECT_FALSE(own_period.perfect());
+  Servo arm(kWideLimits, own_period, joints({0, 0}), 1);
+  arm.follow({joints({0, 0}), joints({0, 0})}, kServoStep);
+  const JointState later{joints({0.05, 0}), joints({0, 0})};
+  for (int i = 2; i <= 500; ++i) {
+    const double before = arm.state().qd[0];
+    arm.follow(later, kServoStep);
+    const bool taken = i >= 10;  // the second cycle begins after 20 ms
+    EXPECT_EQ(arm.state().q[0] > 0.0, taken) << i;
+    EXPECT_LE(std::abs(arm.state().qd[0] - before), 10.0 * kServoStep + 1e-9) << i;
+  }
+  EXPECT_NEAR(arm.state().q[0], 0.05, 1e-6);
+}
+
+TEST(Servo, IsNotBehindARampByItsPeriod) {
+  Servo arm(kWideLimits, {.period = 0.02}, joints({0, 0}), 1);
+  for (int i = 1; i <= 1000; ++i) {
+    arm.follow(at_constant_speed(i * kServoStep), kServoStep);
+    if (i <= 500) continue;
+    EXPECT_NEAR(arm.state().q[0], 1.0 * i * kServoStep, 1e-4);
+  }
+}
+
 TEST(Servo, MeasuresInSteps) {
   Servo arm(kWideLimits, {.noise = 1e-3, .resolution = 5e-4}, joints({0.1, 0}), 1);
   double farthest = 0.0;
