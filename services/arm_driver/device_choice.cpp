@@ -128,6 +128,7 @@ device::DeviceSetup setup_of(const config::CellFile& file, int arm, const std::s
   if (starts_observed(file.devices[arm])) setup.values.erase(std::string(kSource));
   setup.values.erase(std::string(kPlugin));
   setup.joint_names = planned.arm.model->joint_names;
+  setup.model = planned.arm.model;
   for (const config::SignalOptions& signal : file.tools[arm].signals) setup.signals.push_back(signal.port);
   add_outside(planned.arm, file.tools[arm].gripper, setup);
   setup.forces = forces_of(planned.arm);

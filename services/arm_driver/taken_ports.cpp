@@ -15,6 +15,7 @@
 
 #include "services/arm_driver/device_choice.hpp"
 #include "services/arm_driver/devices/socket.hpp"
+#include "services/config/this_machine.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -86,17 +87,6 @@ std::optional<Holder> holder_of(const device::ListeningPort& port) {
   return std::nullopt;
 }
 
-/// False also for a name that is no IPv4 address, in a cell with several hosts.
-bool is_this_machine(const config::CellFile& file, const std::string& host) {
-  if (file.hosts.size() < 2) return true;
-  for (const config::Host& one : file.hosts) {
-    in_addr address{};
-    if (one.name != host) continue;
-    return ::inet_pton(AF_INET, one.address.c_str(), &address) == 1 && binds(SOCK_DGRAM, address, 0);
-  }
-  return false;
-}
-
 }  // namespace
 
 std::vector<TakenPort> taken_ports(const config::CellFile& file, std::span<const device::DeviceType> types) {
@@ -104,7 +94,7 @@ std::vector<TakenPort> taken_ports(const config::CellFile& file, std::span<const
   in_addr any{};
   any.s_addr = htonl(INADDR_ANY);
   for (int arm = 0; arm < static_cast<int>(file.devices.size()); ++arm) {
-    if (!is_this_machine(file, file.arm_hosts[arm].host)) continue;
+    if (!config::is_this_machine(file, file.arm_hosts[arm].host)) continue;
     for (const device::ListeningPort& port : listening_ports(file, arm, types)) {
       if (binds(port.udp ? SOCK_DGRAM : SOCK_STREAM, any, port.number)) continue;
       const auto holder = holder_of(port);

@@ -286,7 +286,7 @@ void ToolControl::settle() {
   }
 }
 
-device::DeviceResult ToolControl::start_moving() {
+device::DeviceResult ToolControl::start_moving(bool& begun) {
   if (!moves_by_signals()) return device_.move_outside(target_, force_);
   for (const auto& [name, value] : closing_ ? gripper_->close : gripper_->open) {
     const auto is_it = [&wanted = name](const config::SignalOptions& signal) { return signal.name == wanted; };
@@ -294,6 +294,7 @@ device::DeviceResult ToolControl::start_moving() {
     if (auto failure = device_.set_signal(static_cast<std::size_t>(found - options_.signals.begin()), value)) {
       return failure;
     }
+    begun = true;
   }
   return {};
 }
@@ -349,6 +350,13 @@ void ToolControl::update(const ToolInputs& inputs) {
     remember();
   }
   const auto waited = inputs.now - since_;
+  // The world may be attaching what it was asked for: that comes to its end first.
+  const bool is_prepared =
+      phase_ == Phase::kStanding || phase_ == Phase::kAnnouncing || (phase_ == Phase::kAttaching && grasping_.empty());
+  if (inputs.stopped && is_prepared) {
+    return give_up(inputs, refused(CauseKind::CAUSE_NOT_ALLOWED_NOW, arm_.name,
+                                   "it was stopped before its gripper moved: resume it, then call again"));
+  }
   switch (phase_) {
     case Phase::kIdle:
       return;
@@ -374,14 +382,15 @@ void ToolControl::update(const ToolInputs& inputs) {
       return;
     case Phase::kAnnouncing:
       if (inputs.moves && waited > kLongestMotion) {
-        settle();
-        return finish(refused(CauseKind::CAUSE_NOT_ALLOWED_NOW, arm_.name, "it moves: wait until it stands"));
+        return give_up(inputs, refused(CauseKind::CAUSE_NOT_ALLOWED_NOW, arm_.name, "it moves: wait until it stands"));
       }
       if (waited < announced_for_ || inputs.moves) return;
       phase_ = Phase::kMoving;
       since_ = inputs.now;
-      if (auto failure = start_moving()) {
-        finish(refused(CauseKind::CAUSE_DEVICE_FAILED, arm_.name, failure->text));
+      if (bool begun = false; auto failure = start_moving(begun)) {
+        msg::Cause why = refused(CauseKind::CAUSE_DEVICE_FAILED, arm_.name, failure->text);
+        if (begun) return finish(std::move(why));
+        give_up(inputs, std::move(why));
       }
       return;
     case Phase::kMoving:
@@ -443,6 +452,13 @@ void ToolControl::release(const ToolInputs& inputs, msg::Cause end) {
   remember();
   phase_ = Phase::kReleasing;
   since_ = inputs.now;
+}
+
+// Other arms and this one avoid an obstacle that stays where it is.
+void ToolControl::give_up(const ToolInputs& inputs, msg::Cause why) {
+  settle();
+  if (!closing_ || holding_.empty()) return finish(std::move(why));
+  release(inputs, std::move(why));
 }
 
 void ToolControl::finish(msg::Cause cause) {

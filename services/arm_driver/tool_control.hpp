@@ -75,7 +75,8 @@ class ToolControl {
   [[nodiscard]] std::optional<msg::Cause> begin_gripper(const msg::DeviceRequest& request, const ToolInputs& inputs);
   [[nodiscard]] std::optional<msg::Cause> set_signal(const msg::DeviceRequest& request);
   [[nodiscard]] std::optional<msg::Cause> place_joint(const msg::DeviceRequest& request);
-  [[nodiscard]] device::DeviceResult start_moving();
+  /// `begun`: becomes true when the first of several signals is set, whatever the result is.
+  [[nodiscard]] device::DeviceResult start_moving(bool& begun);
   void read_device();
   void read_signals();
   void prepare(const ToolInputs& inputs);
@@ -92,6 +93,8 @@ class ToolControl {
   [[nodiscard]] std::optional<double> finger() const;
   void follow_fingers();
   void end_motion(const ToolInputs& inputs);
+  /// Ends an order whose fingers have not moved: what the world has attached for it is not held.
+  void give_up(const ToolInputs& inputs, msg::Cause why);
   void release(const ToolInputs& inputs, msg::Cause end);
   [[nodiscard]] std::vector<double> with_gripper_at(double position) const;
   [[nodiscard]] std::optional<double> width() const;

@@ -220,6 +220,25 @@ void write_rtde(const Corpus& corpus) {
                    package(PackageType::kOutputs, types.substr(0, types.rfind(',')) + ",NOT_FOUND"));
 }
 
+void write_primary(const Corpus& corpus) {
+  using namespace device::universal_robots;
+  const auto sized = [](std::uint8_t type, const std::string& payload) {
+    std::string bytes;
+    put_u32(bytes, static_cast<std::uint32_t>(5 + payload.size()));
+    put_u8(bytes, type);
+    return bytes + payload;
+  };
+  std::string kinematics;
+  for (std::uint32_t checksum = 1; checksum <= 6; ++checksum) put_u32(kinematics, checksum);
+  for (int i = 0; i < 24; ++i) put_f64(kinematics, 0.25 * i);
+  put_u32(kinematics, 1);
+  const std::string modes = sized(0, std::string(42, '\1'));
+  const std::string message = sized(20, std::string(12, '\3'));
+  corpus.write("ur_primary", "kinematics", message + sized(16, modes + sized(5, kinematics)) + sized(16, modes));
+  corpus.write("ur_primary", "truncated", sized(16, modes + sized(5, kinematics.substr(0, 200))));
+  corpus.write("ur_primary", "modes", sized(16, modes) + sized(16, modes).substr(0, 20));
+}
+
 void write_ros2(const Corpus& corpus) {
   using namespace ros2;
   PlanningScene scene;
@@ -413,6 +432,7 @@ int main(int argc, char** argv) {
   fuzz::write_datagrams(corpus);
   fuzz::write_egm(corpus);
   fuzz::write_rtde(corpus);
+  fuzz::write_primary(corpus);
   fuzz::write_ros2(corpus);
   fuzz::write_ros2_control(corpus);
   fuzz::write_recordings(corpus);

@@ -2,8 +2,8 @@
 """Simulates the controller of a Universal Robots arm on the network: RTDE, primary and secondary port, dashboard. It runs the
 programs that it gets.
 
-usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--off] [--boots-never]
-                        [--unlock-after SECONDS]
+usage: ur_controller.py --address 127.0.0.11 [--start Q1,…,Q6] [--model e|cb3] [--robot UR5] [--size TYPE] [--calibration FACTOR]
+                        [--off] [--boots-never] [--unlock-after SECONDS]
 
 It is written from the description of the wire alone and shares no code with the driver. It is no PolyScope: dynamics are those of a
 position servo, and of URScript it knows what tests/robots/urscript.py knows. Tests give orders on port 30999, a line each, and get a
@@ -36,6 +36,16 @@ NORMAL, PROTECTIVE, SAFEGUARD, EMERGENCY = 1, 3, 5, 7
 STOPPED, PLAYING, PAUSED = 1, 2, 4
 ROBOT_MODES = {POWER_OFF: "POWER_OFF", BOOTING: "BOOTING", IDLE: "IDLE", RUNNING: "RUNNING"}
 SAFETY_MODES = {NORMAL: "NORMAL", PROTECTIVE: "PROTECTIVE_STOP", SAFEGUARD: "SAFEGUARD_STOP", EMERGENCY: "ROBOT_EMERGENCY_STOP"}
+
+# Published lengths by type [m]: a2, a3, d1, d4, d5, d6. The twists of all types are the same [rad].
+LENGTHS = {"ur3": (-0.24365, -0.21325, 0.1519, 0.11235, 0.08535, 0.0819), "ur5": (-0.425, -0.39225, 0.089159, 0.10915, 0.09465, 0.0823),
+           "ur10": (-0.612, -0.5723, 0.1273, 0.163941, 0.1157, 0.0922), "ur3e": (-0.24355, -0.2132, 0.15185, 0.13105, 0.08535, 0.0921),
+           "ur5e": (-0.425, -0.3922, 0.1625, 0.1333, 0.0997, 0.0996), "ur10e": (-0.6127, -0.57155, 0.1807, 0.17415, 0.11985, 0.11655),
+           "ur16e": (-0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655)}
+TWISTS = (math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0)
+# What a calibration adds [rad, m]. The axes of shoulder and elbow are almost parallel, so that their common normal is far away.
+CALIBRATION = {"theta": (3e-8, -2.1e-3, 1.6e-3, 4e-4, -3e-5, 0.0), "a": (2e-5, 1.1e-4, -1.5e-4, 3e-5, 2e-5, 0.0),
+               "d": (1e-4, 5.0, -5.0, 2e-4, -5e-5, 8e-5), "alpha": (-4e-4, 2e-4, -2e-4, 3e-4, -4e-4, 0.0)}
 
 
 class Joints:
@@ -77,7 +87,7 @@ class Connection:
 
     def __init__(self, owner, own_socket, handler, name):
         self.owner, self.socket, self.handler, self.name = owner, own_socket, handler, name
-        self.received, self.waiting, self.closed = b"", b"", False
+        self.received, self.waiting, self.closed, self.lingering = b"", b"", False, False
         own_socket.setblocking(False)
         own_socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         owner.selector.register(own_socket, selectors.EVENT_READ, self)
@@ -118,12 +128,21 @@ class Connection:
         if not self.closed or self.received:
             self.handler(self)
 
+    def linger(self):
+        """The other side is gone; this one does not notice, and keeps what belongs to the connection."""
+        self.lingering = True
+        self.owner.selector.unregister(self.socket)
+
     def close(self):
         if self.closed:
             return
         self.closed = True
-        self.owner.selector.unregister(self.socket)
-        self.socket.close()
+        if not self.lingering:
+            self.owner.selector.unregister(self.socket)
+        if self.owner.cut:
+            self.owner.unseen_ends.append(self.socket)
+        else:
+            self.socket.close()
 
 
 class Controller:
@@ -142,8 +161,12 @@ class Controller:
         self.digital_inputs = self.digital_outputs = 0  # bits: 8 standard, 8 configurable, 2 at the tool
         self.analog_inputs, self.analog_outputs = [0.0] * 4, [0.0] * 2  # 2 standard ones, 2 at the tool [V | A]
         self.not_found, self.in_use = set(), set()
+        self.kinematics = "sent"  # or missing, truncated, endless, nan
         self.cut = self.halves = self.dashboard_silent = False
         self.delayed_until = 0
+        self.linger = 0.0  # [s] from the end of a cut
+        self.reverse_lingers = False
+        self.unseen_ends = []  # sockets that were closed while the cable is out: the other side learns of it afterwards
         self.rtde, self.primaries = [], []
         self.jumps = dict(JUMPS)
         self.programs, self.dashboards, self.messages = 0, 0, []  # so far
@@ -170,14 +193,41 @@ class Controller:
     def restart(self, seconds):
         self.end_program()
         self.drop_connections()
+        self.end_lingering()
         for listener in self.listeners[1:]:  # the first is that of tests
             self.selector.unregister(listener)
             listener.close()
         del self.listeners[1:]
         self.robot_mode, self.safety_mode = POWER_OFF, NORMAL
         self.slider, self.slowdown, self.remote, self.cut = 1.0, 1.0, True, False
+        self.show_ends()
         self.due.clear()
         self.after(seconds, self.serve_robot)
+
+    def cut_cable(self):
+        self.cut = True
+        if not self.linger:
+            return
+        self.reverse_lingers = self.program is not None and bool(self.program.sockets)
+        for client in self.rtde:
+            if not client.lingering:
+                client.linger()
+
+    def show_ends(self):
+        for ended in self.unseen_ends:
+            ended.close()
+        self.unseen_ends.clear()
+
+    def plug_cable(self):
+        self.cut = False
+        self.show_ends()
+        if self.linger:
+            self.after(self.linger, self.end_lingering)
+
+    def end_lingering(self):
+        self.reverse_lingers = False
+        for client in [client for client in self.rtde if client.lingering]:
+            client.close()
 
     # --- time
 
@@ -233,6 +283,13 @@ class Controller:
 
     # --- robot
 
+    def dh(self):
+        """Denavit-Hartenberg parameters of this robot, with its calibration."""
+        a2, a3, d1, d4, d5, d6 = LENGTHS[self.options.size]
+        nominal = {"theta": (0.0,) * 6, "a": (0.0, a2, a3, 0.0, 0.0, 0.0), "d": (d1, 0.0, 0.0, d4, d5, d6), "alpha": TWISTS}
+        return {name: [value + self.options.calibration * change for value, change in zip(values, CALIBRATION[name])]
+                for name, values in nominal.items()}
+
     def may_move(self):
         return self.robot_mode == RUNNING and self.safety_mode == NORMAL
 
@@ -266,7 +323,8 @@ class Controller:
         self.messages.append(message)
         print(message, file=sys.stderr, flush=True)
         for client in self.rtde:
-            client.text(message)
+            if not client.lingering:
+                client.text(message)
 
 
 class Run:
@@ -358,7 +416,12 @@ class Run:
         self.commanded = None
         return not self.controller.joints.moves(), None
 
-    def socket_open(self, _thread, address, port, name="socket_0"):
+    def socket_open(self, thread, address, port, name="socket_0"):
+        if self.controller.reverse_lingers:
+            if not self.until(thread, 0.2):
+                return False, None
+            self.controller.say("socket_open: the last connection has not ended")
+            return True, False
         own = socket.socket()
         own.settimeout(1.0)
         try:
@@ -506,6 +569,8 @@ class RtdeClient(Connection):
                 self.owner.analog_outputs[pin] = 10.0 * share if volts else 0.004 + 0.016 * share
 
     def cycle(self):
+        if self.lingering:
+            return
         self.flush()
         if not self.started or self.owner.cycles % self.every:
             return
@@ -519,11 +584,16 @@ class RtdeClient(Connection):
 
 
 class PrimaryClient(Connection):
-    """Takes programs, and sends states that the driver drops."""
+    """Takes programs, and sends the robot's state: first its version, then its kinematics once, and modes and joints at 10 Hz."""
 
     def __init__(self, owner, own_socket):
         super().__init__(owner, own_socket, PrimaryClient.handle, "primary")
         owner.primaries.append(self)
+        self.first = True
+        name, date = b"URControl", b"01-01-2026, 00:00:00"
+        major, minor = (5, 12) if owner.options.model == "e" else (3, 15)
+        version = struct.pack(">QbbB", 0, -2, 3, len(name)) + name + struct.pack(">BBii", major, minor, 0, 1) + date
+        self.send(struct.pack(">iB", 5 + len(version), 20) + version)
 
     def close(self):
         super().close()
@@ -536,8 +606,37 @@ class PrimaryClient(Connection):
             text, self.received = self.received[:end + 5], self.received[end + 5:]
             self.owner.after(0.02, lambda: self.owner.start(text.decode()))
 
+    @staticmethod
+    def part(kind, payload):
+        return struct.pack(">IB", 5 + len(payload), kind) + payload
+
+    def modes(self):
+        c = self.owner
+        flags = (True, True, c.robot_mode == RUNNING, c.safety_mode == EMERGENCY, c.safety_mode == PROTECTIVE, c.program is not None, c.paused)
+        return self.part(0, struct.pack(">Q7?BBdddB", int(c.now * 1e6), *flags, c.robot_mode, 0, c.slider, c.slowdown, 1.0, 0))
+
+    def joints(self):
+        servo = self.owner.joints
+        return self.part(1, b"".join(struct.pack(">dddffffB", q, q, qd, 0.0, 48.0, 30.0, 0.0, 253) for q, qd in zip(servo.q, servo.qd)))
+
+    def kinematics(self):
+        """Checksums, four sets of parameters, and the status of the calibration."""
+        dh = self.owner.dh()
+        if self.owner.kinematics == "nan":
+            dh["d"][3] = math.nan
+        values = b"".join(struct.pack(">6d", *dh[name]) for name in ("theta", "a", "d", "alpha"))
+        payload = struct.pack(">6I", *range(1, 7)) + values + struct.pack(">I", 1)
+        if self.owner.kinematics == "truncated":
+            payload = payload[:-12]
+        part = self.part(5, payload)
+        return struct.pack(">I", 9000) + part[4:] if self.owner.kinematics == "endless" else part
+
     def cycle(self):
-        self.send(struct.pack(">iB", 100, 16) + bytes(95))
+        parts = self.modes() + self.joints()
+        if self.first and self.owner.kinematics != "missing":
+            parts += self.kinematics()
+        self.first = False
+        self.send(struct.pack(">iB", 5 + len(parts), 16) + parts)
 
 
 class DashboardClient(Connection):
@@ -722,6 +821,11 @@ class Orders:
         c.not_found = set(names)
 
     @staticmethod
+    def kinematics(c, form):
+        """On the next connections: sent, missing, truncated, endless (longer than its package) or nan."""
+        c.kinematics = form
+
+    @staticmethod
     def in_use(c, *names):
         c.in_use = set(names)
 
@@ -733,7 +837,15 @@ class Orders:
     @staticmethod
     def cable(c, state):
         """Pulled: nothing arrives and nothing leaves; connections stay open."""
-        c.cut = state == "pulled"
+        if state == "pulled":
+            c.cut_cable()
+        else:
+            c.plug_cable()
+
+    @staticmethod
+    def linger(c, seconds):
+        """After a cut the controller keeps connections for this time: their RTDE inputs are in use, and no program can connect."""
+        c.linger = float(seconds)
 
     @staticmethod
     def delay(c, seconds):
@@ -763,10 +875,13 @@ def main():
                         help="joint positions [rad], between commas")
     parser.add_argument("--model", choices=PERIODS, default="e")
     parser.add_argument("--robot", default="UR5", help="answer of the dashboard to `get robot model`; empty: it does not know the command")
+    parser.add_argument("--size", choices=LENGTHS, help="type whose lengths it has (default: ur5e, or ur5 of a CB3)")
+    parser.add_argument("--calibration", type=float, default=0.0, help="0: the published lengths; 1: the flange is 2 mm from there")
     parser.add_argument("--off", action="store_true", help="begins without power")
     parser.add_argument("--boots-never", action="store_true", help="is on only after the order booted")
     parser.add_argument("--unlock-after", type=float, default=5.0, help="earliest time after a protective stop [s]")
     options = parser.parse_args()
+    options.size = options.size or ("ur5e" if options.model == "e" else "ur5")
     controller = Controller(options)
     print(f"controller on {options.address}", flush=True)
     controller.run()

@@ -195,6 +195,7 @@ struct DeviceSetup {
   std::vector<bool> fingers = {};               ///< which of them belong to the gripper
   DriveForces forces = {};                      ///< of a simulated arm
   std::vector<std::string> robot_names = {};    ///< that the robot description and its xacro arguments give the robot
+  std::shared_ptr<const planner::RobotModel> model = {};  ///< the robot description; null: not known
 };
 
 /// A port of this machine on which a device listens.

@@ -14,7 +14,7 @@
 namespace hecaton::device {
 
 /// Of this header and arm_device.hpp. It grows with each change of what programs and plug-ins share.
-inline constexpr int kPluginInterface = 6;
+inline constexpr int kPluginInterface = 7;
 
 /// Two objects of code can share a device when these texts are equal: the interface, and what compilers and options may
 /// change of its memory. Options such as -march=native change the alignment of Eigen's vectors. Hidden, so that a

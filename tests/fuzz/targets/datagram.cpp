@@ -12,7 +12,8 @@ extern "C" int HECATON_FUZZ_TARGET(datagram)(const std::uint8_t* data, std::size
     const std::size_t length = input.byte() | static_cast<std::size_t>(input.byte()) << 8U;
     const fuzz::View datagram = input.take(length);
     static_cast<void>(bus::DatagramCheck::announces_departure(datagram));
-    static_cast<void>(check.refuse(datagram, length % 3, now));
+    const auto stall_ended = length % 7 == 0 ? std::optional(now) : std::nullopt;
+    static_cast<void>(check.refuse(datagram, length % 3, now, stall_ended));
     now += std::chrono::milliseconds(length % 4096);
     if (length % 61 == 0 && datagram.size() >= 20) {
       bus::DatagramCheck::Prefix sender{};

@@ -19,6 +19,8 @@ constexpr double kForceFilter = 0.02;
 
 /// After a longer stall the arm is at rest anyway.
 constexpr std::chrono::seconds kLongestStall{2};
+/// An arm that was slower than its set-points is as fast again once it is this near to them [rad | m].
+constexpr double kAtSetPoint = 1e-6;
 
 using Positions = std::array<double, planner::kMaxJoints>;
 
@@ -54,6 +56,7 @@ class SimulatedArm final : public ArmDevice {
         checkpoint_(setup.checkpoint, static_cast<std::uint64_t>(setup.start.size()), "the simulated arm's position"),
         tool_checkpoint_(setup.checkpoint.empty() ? setup.checkpoint : setup.checkpoint + ".tool", setup.outside.size(),
                          "the simulated arm's tool"),
+        limits_(setup.limits),
         joints_(setup.limits, start_of(setup)),
         ports_(setup.signals),
         joint_names_(setup.joint_names),
@@ -67,10 +70,12 @@ class SimulatedArm final : public ArmDevice {
     }
     if (const auto kept = tool_checkpoint_.recall()) tool_ = *kept;
     tool_.protective = tool_.protective || event(kProtectiveStop);
+    share_ = scaling();
     if (!options_.servo.perfect()) {
       const auto seed = static_cast<std::uint64_t>(setup.index);
       servo_.emplace(setup.limits, options_.servo, joints_.state().q, seed);
     }
+    paced_ = moving();
     target_.assign(tool_.outside.begin(), tool_.outside.begin() + static_cast<std::ptrdiff_t>(outside_count_));
   }
 
@@ -186,15 +191,36 @@ class SimulatedArm final : public ArmDevice {
   [[nodiscard]] const JointState& moving() const { return servo_ ? servo_->state() : joints_.state(); }
   [[nodiscard]] const JointState& measured() const { return servo_ ? servo_->measured() : joints_.state(); }
   void follow(const JointState& set_point, double dt) {
-    servo_ ? servo_->follow(set_point, dt) : joints_.follow(set_point, dt);
+    scale(set_point, dt);
+    servo_ ? servo_->follow(paced_, dt) : joints_.follow(paced_, dt);
   }
-  void brake(double dt) { servo_ ? servo_->brake(dt) : joints_.brake(dt); }
+  void brake(double dt) {
+    servo_ ? servo_->brake(dt) : joints_.brake(dt);
+    paced_ = moving();
+  }
+  /// With a lower speed scaling, the arm runs after its set-points at that share of its velocity limits.
+  void scale(const JointState& set_point, double dt) {
+    if (share_ >= 1.0 && !behind_) {
+      paced_ = set_point;
+      return;
+    }
+    JointLimits slower = limits_;
+    slower.velocity *= share_;
+    planner::follow_within_limits(slower, set_point, dt, paced_);
+    behind_ = (paced_.q - set_point.q).cwiseAbs().maxCoeff() > kAtSetPoint;
+  }
+  /// The share changes only as fast as the joints can brake and speed up.
+  void approach_scaling(double dt) {
+    const double step = dt * (limits_.acceleration.array() / limits_.velocity.array()).minCoeff();
+    share_ += std::clamp(scaling() - share_, -step, step);
+  }
 
   // Between set-points the arm moves on with the velocity of the last one as long as that is valid.
   void advance(Clock::time_point to) {
     const double dt = std::chrono::duration<double>(to - *at_).count();
     move_fingers(dt);
-    const auto before = std::pair(joints_, servo_);
+    approach_scaling(dt);
+    const auto before = std::tuple(joints_, servo_, paced_);
     const JointVector velocity_before = moving().qd;
     const bool stopped = tool_.protective || event(kEmergencyStop);
     if (!stopped && set_point_ && to <= set_point_->valid_until) {
@@ -204,7 +230,7 @@ class SimulatedArm final : public ArmDevice {
       brake(dt);
     }
     if (!measured().q.allFinite() || !measured().qd.allFinite()) {
-      std::tie(joints_, servo_) = before;
+      std::tie(joints_, servo_, paced_) = before;
       set_point_.reset();
     }
     if (!tool_.protective) guard(velocity_before, dt);
@@ -265,8 +291,12 @@ class SimulatedArm final : public ArmDevice {
   std::chrono::nanoseconds period_;
   services::MappedRecord<Positions> checkpoint_;
   services::MappedRecord<Tool> tool_checkpoint_;
+  JointLimits limits_;
   planner::ServoedJoints joints_;
   std::optional<planner::Servo> servo_;  ///< nothing: a perfect controller, and `joints_` are the arm
+  JointState paced_;                     ///< the set-point at the speed that the scaling leaves
+  double share_ = 1.0;                   ///< of the velocity limits that the arm uses, 0 to 1
+  bool behind_ = false;                  ///< `paced_` is not at the set-point yet
   std::vector<std::string> ports_;       ///< of the signals
   std::vector<std::string> joint_names_;
   std::vector<bool> prismatic_;  ///< each joint; empty: none

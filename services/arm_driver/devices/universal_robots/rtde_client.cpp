@@ -309,7 +309,9 @@ void RtdeClient::take_inputs(std::string_view payload) {
     const std::string what = slider ? "a speed slider" : "the output " + names[i];
     const std::string remedy = slider ? "remove speed_slider" : "remove its signals";
     if (types[i] == kInUse) {
-      return fail("has " + what + " that another program sets (IN_USE): end that program, or " + remedy);
+      // The robot of a cut connection keeps it, and its inputs, for some time.
+      return fail("has " + what + " that another program sets (IN_USE): end that program, or " + remedy +
+                  (has_worked_ ? "; after a cut the robot may keep the old connection for a minute" : ""));
     }
     if (types[i] == kNotFound) return fail("has no " + (slider ? "speed slider" : names[i]) + " on RTDE: " + remedy);
   }

@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <utility>
 
 #include "planner/model/robot_model.hpp"
 #include "planner/trajectory/stop_profile.hpp"
 #include "services/arm_driver/devices/duration_text.hpp"
+#include "services/arm_driver/devices/universal_robots/calibration.hpp"
 #include "services/arm_driver/devices/universal_robots/dashboard.hpp"
 #include "services/arm_driver/devices/universal_robots/io_ports.hpp"
 #include "services/arm_driver/devices/universal_robots/options.hpp"
+#include "services/arm_driver/devices/universal_robots/primary.hpp"
 #include "services/arm_driver/devices/universal_robots/program.hpp"
 #include "services/arm_driver/devices/universal_robots/robot_state.hpp"
 #include "services/arm_driver/devices/universal_robots/robot_type.hpp"
@@ -37,6 +40,13 @@ constexpr std::string_view kAskModel = "get robot model";
 /// moved sooner.
 constexpr std::chrono::seconds kModelLimit{10};
 constexpr std::chrono::seconds kDashboardLimit{1};
+/// A robot that does not send its calibration within this time of a connection is moved all the same.
+constexpr std::chrono::seconds kCalibrationLimit{3};
+/// A flange that is farther from where the description expects it belongs to another type of robot. The nearest ones,
+/// UR10 and UR10e, are 11.5 mm apart. A calibration moves it by some millimetres [m].
+constexpr double kOtherRobot = 0.010;
+/// Below this a description has the calibration of its robot [m].
+constexpr double kSameCalibration = 0.0005;
 /// At a lower speed scaling the lag is not computed any more.
 constexpr double kSlowest = 0.05;
 constexpr double kLongestDelay = 1.0;  // [s]
@@ -50,6 +60,12 @@ std::vector<IoPort> ports_of(const DeviceSetup& setup) {
   return ports;
 }
 
+std::string millimetres(double length) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f mm", length * 1e3);
+  return text.data();
+}
+
 class UniversalRobotsArm final : public ArmDevice {
  public:
   UniversalRobotsArm(const DeviceSetup& setup, Options options)
@@ -59,6 +75,7 @@ class UniversalRobotsArm final : public ArmDevice {
                                          std::chrono::duration<double>(planner::longest_stop_time(setup.limits)))),
         options_(std::move(options)),
         ports_(ports_of(setup)),
+        description_(setup.model),
         rtde_({options_.robot_ip, 1.0 / std::chrono::duration<double>(setup.period).count(), options_.speed_slider,
                ports_},
               setup.log),
@@ -74,18 +91,19 @@ class UniversalRobotsArm final : public ArmDevice {
                         "the robot, then call again"});
     if (auto failure = listener_.listen(options_.reverse_port)) return failure;
     rtde_.open(now_);
-    primary_.connect(options_.robot_ip, kPrimaryPort);
+    connect_primary();
     dashboard_.open(options_.robot_ip, now_);
     remote_control_ = {};
     configured_at_ = now_;
     model_.clear();
     model_answered_ = false;
+    flange_difference_.reset();
     return {};
   }
 
   DeviceResult activate() override {
     close_program();
-    if (primary_.state() == TcpConnection::State::kClosed) primary_.connect(options_.robot_ip, kPrimaryPort);
+    if (primary_.state() == TcpConnection::State::kClosed) connect_primary();
     program_.phase = Program::Phase::kSending;
     program_.since = now_;
     remote_control_ = {};
@@ -95,8 +113,7 @@ class UniversalRobotsArm final : public ArmDevice {
   DeviceState read(Clock::time_point now) override {
     const double dt = std::chrono::duration<double>(now - std::exchange(now_, now)).count();
     rtde_.update(now);
-    primary_.update();
-    primary_.received().clear();
+    update_primary();
     dashboard_.update(now);
     update_program();
     if (rtde_.failed()) return {{}, {}, 1.0, DeviceMode::kFailed, rtde_.error()};
@@ -185,6 +202,7 @@ class UniversalRobotsArm final : public ArmDevice {
     Phase phase = Phase::kNone;
     Clock::time_point since;                       ///< of kSending, kAwaited and kRunning together, and of kLost
     std::optional<Clock::time_point> plays_since;  ///< a program plays while the phase is kNone
+    bool has_played = false;                       ///< since it was sent
   };
   struct RemoteControl {
     bool off = false;  ///< an e-Series says that it is in local control; a CB3 has no such state
@@ -196,6 +214,56 @@ class UniversalRobotsArm final : public ArmDevice {
     std::string command, expected;  ///< the dashboard's command, and the beginning of its answer
     std::optional<OrderEnd> end;
   };
+
+  void connect_primary() {
+    primary_.connect(options_.robot_ip, kPrimaryPort);
+    primary_since_ = now_;
+    primary_broken_ = {};
+  }
+
+  void update_primary() {
+    primary_.update();
+    std::string& bytes = primary_.received();
+    while (primary_broken_.empty()) {
+      const PrimaryPackage next = next_primary_package(bytes);
+      primary_broken_ = next.broken;
+      if (next.kinematics) take_calibration(*next.kinematics);
+      if (next.size == 0) break;
+      bytes.erase(0, next.size);
+    }
+    if (!primary_broken_.empty()) bytes.clear();
+    const bool awaited = description_ && !flange_difference_ && primary_.is_open() && primary_broken_.empty();
+    if (!awaited || now_ - primary_since_ < kCalibrationLimit) return;
+    tell_calibration("the robot has sent none within 3 s: it is not compared with the description");
+  }
+
+  void take_calibration(const DhParameters& robot) {
+    if (!description_) return;
+    flange_difference_ = flange_difference(robot, *description_);
+    if (!flange_difference_) {
+      description_ = nullptr;
+      return tell_calibration("it cannot be compared with a description whose joints follow others");
+    }
+    const std::string difference = millimetres(*flange_difference_);
+    const double lengths = length_difference(robot, *description_, kOtherRobot).value_or(0.0);
+    std::string wrong = "the flange is up to " + difference + " from where the planner expects it";
+    if (*flange_difference_ <= kSameCalibration) {
+      if (lengths <= kSameCalibration) {
+        return tell_calibration("the description has it: the flange differs by " + difference);
+      }
+      wrong = "the height of the shoulder, or the length from the wrist to tool0, differs by " + millimetres(lengths);
+    }
+    tell_calibration("the description does not have it: " + wrong +
+                     "; extract this robot's calibration, for example with the ROS package ur_calibration, and give it "
+                     "to the urdf of arm " +
+                     arm_);
+  }
+
+  // A connection that is opened again brings no news.
+  void tell_calibration(const std::string& text) {
+    if (std::exchange(told_calibration_, text) == text || !log_) return;
+    log_("robot calibration", text);
+  }
 
   void close_program() {
     if (reverse_.is_open()) reverse_.send(end_packet());
@@ -212,7 +280,9 @@ class UniversalRobotsArm final : public ArmDevice {
         if (primary_.is_open() && rtde_.data() && may_be_sent()) send_program();
         break;
       case Program::Phase::kAwaited:
+        if (rtde_.data() && plays()) program_.has_played = true;
         if (!connected) break;
+        has_connected_ = true;
         reverse_.adopt(std::move(*connected));
         program_.phase = Program::Phase::kRunning;
         if (log_) log_("robot program runs", options_.robot_ip);
@@ -235,7 +305,8 @@ class UniversalRobotsArm final : public ArmDevice {
   }
 
   [[nodiscard]] bool may_be_sent() const {
-    return !dashboard_.has_greeted() || (remote_control_.answered && !remote_control_.off);
+    const bool remote = !dashboard_.has_greeted() || (remote_control_.answered && !remote_control_.off);
+    return remote && condition_of_calibration().mode == DeviceMode::kReady;
   }
 
   void send_program() {
@@ -276,6 +347,8 @@ class UniversalRobotsArm final : public ArmDevice {
     if (robot.mode != DeviceMode::kReady) return robot;
     Condition other = condition_of_model();
     if (other.mode != DeviceMode::kReady) return other;
+    Condition calibration = condition_of_calibration();
+    if (calibration.mode != DeviceMode::kReady) return calibration;
     const std::string resume = "'hecaton resume " + arm_ + "'";
     if (remote_control_.off && program_.phase != Program::Phase::kRunning) {
       return {DeviceMode::kRemoteControlOff,
@@ -318,6 +391,25 @@ class UniversalRobotsArm final : public ArmDevice {
     return {DeviceMode::kStarting, "asks the robot for its model"};
   }
 
+  // A robot sends its calibration before the first program is sent to it, if at all.
+  [[nodiscard]] Condition condition_of_calibration() const {
+    if (flange_difference_.value_or(0.0) > kOtherRobot) {
+      return {DeviceMode::kNotReady, "by the kinematics that the robot reports, its flange is up to " +
+                                         millimetres(*flange_difference_) +
+                                         " from where the cell file expects it (limit " + millimetres(kOtherRobot) +
+                                         "): correct robot or urdf of arm " + arm_ +
+                                         "; it must be of this type of robot, with its calibration"};
+    }
+    const bool begins = program_.phase == Program::Phase::kNone || program_.phase == Program::Phase::kSending;
+    if (!description_ || flange_difference_ || !begins) return {};
+    if (!primary_broken_.empty()) {
+      return {DeviceMode::kFailed, "the robot at " + options_.robot_ip + " sends " + std::string(primary_broken_) +
+                                       " on port 30001: restart its controller, and update its software"};
+    }
+    if (primary_.state() == TcpConnection::State::kClosed || now_ - primary_since_ >= kCalibrationLimit) return {};
+    return {DeviceMode::kStarting, "waits for the calibration of the robot"};
+  }
+
   [[nodiscard]] Condition paused() const {
     const auto state = static_cast<RuntimeState>(rtde_.data()->runtime_state);
     if (state != RuntimeState::kPausing && state != RuntimeState::kPaused) return {};
@@ -341,10 +433,14 @@ class UniversalRobotsArm final : public ArmDevice {
       return primary_.is_open() ? robot + " does not answer on its dashboard server (port 29999)"
                                 : robot + " takes no program on port 30001: " + primary_.error();
     }
-    if (plays()) {
+    if (plays() || program_.has_played) {
       return robot + " runs the program, but it does not connect to " + options_.pc_ip.value_or(rtde_.own_address()) +
              ", port " + std::to_string(options_.reverse_port) +
-             ": allow this port in the firewall of this machine, or set pc_ip";
+             (has_connected_
+                  ? ": after a cut a robot may keep the old connection for some time; wait a minute, then call "
+                    "'hecaton resume " +
+                        arm_ + "'"
+                  : ": allow this port in the firewall of this machine, or set pc_ip");
     }
     return robot + " has not started the program: is it in remote control?";
   }
@@ -429,14 +525,20 @@ class UniversalRobotsArm final : public ArmDevice {
   JointLimits limits_;
   Clock::duration longest_end_;  ///< of a program that the driver has ended
   Options options_;
-  std::vector<IoPort> ports_;  ///< of the signals
+  std::vector<IoPort> ports_;                               ///< of the signals
+  std::shared_ptr<const planner::RobotModel> description_;  ///< null: nothing is compared with it
   RtdeClient rtde_;
   DeviceLog log_;
   TcpConnection primary_;
+  Clock::time_point primary_since_;          ///< when it was connected
+  std::string_view primary_broken_;          ///< what it has sent instead of states; the rest is not read
+  std::optional<double> flange_difference_;  ///< between robot and description [m]; empty: not known
+  std::string told_calibration_;
   Dashboard dashboard_;
   TcpListener listener_;
   TcpConnection reverse_;
   Program program_;
+  bool has_connected_ = false;  ///< this or an earlier program
   RemoteControl remote_control_;
   std::string model_;  ///< as the dashboard names it; empty: not known
   bool model_answered_ = false;

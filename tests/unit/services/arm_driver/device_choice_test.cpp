@@ -288,7 +288,7 @@ TEST(DeviceChoice, RefusesAPluginThatCannotBeUsed) {
   const std::string other = refusal(plugin_device("serial", kPlugins + "/other_interface.so"));
   EXPECT_TRUE(other.starts_with("arms[0].device.plugin = " + kPlugins +
                                 "/other_interface.so was built for another program: it has 'interface 0', this one has "
-                                "'interface 6, Eigen "))
+                                "'interface 7, Eigen "))
       << other;
   EXPECT_EQ(refusal(plugin_device("simulated", kPlugins + "/two_types.so")),
             "arms[0].device.type = simulated must be serial, can_bus or observed: its plug-in " + kPlugins +

@@ -1,6 +1,8 @@
 // The simulated arm as imperfect as real ones: its keys, its lag, and the events that a person causes.
 #include "services/arm_driver/devices/simulated/simulated_arm.hpp"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "services/arm_driver/devices/simulated/options.hpp"
@@ -64,6 +66,17 @@ TEST_F(SimulatedArmTest, LagsByWhatItReports) {
   const DeviceState state = move(0.5, 500);
   const double now = target_ - 0.5 * 0.002;  // what is due at the last read()
   EXPECT_NEAR(now - state.measured.q[0], 0.5 * arm_->tracking_delay(), 1e-3);
+}
+
+TEST_F(SimulatedArmTest, TakesSetPointsInItsOwnPeriod) {
+  setup_.values = {{"servo_period", "20ms"}};
+  make();
+  move(0.0, 5);
+  EXPECT_EQ(move(0.5, 3).measured.q[0], 0.0) << "its second cycle has not begun";
+  EXPECT_GT(move(0.5, 10).measured.q[0], 0.0);
+  const DeviceState state = move(0.5, 500);
+  EXPECT_NEAR(target_ - 0.5 * 0.002, state.measured.q[0], 1e-4);
+  EXPECT_EQ(arm_->tracking_delay(), 0.0);
 }
 
 TEST_F(SimulatedArmTest, RefusesWrongKeys) {
@@ -166,6 +179,35 @@ TEST_F(SimulatedArmTest, ReportsTheSpeedScalingThatAPersonSets) {
   EXPECT_FALSE(arm_->set_signal(3, 0.4));
   EXPECT_EQ(arm_->read(now_).speed_scaling, 0.4);
   ASSERT_TRUE(arm_->set_signal(3, 40.0));
+}
+
+TEST_F(SimulatedArmTest, RunsAfterItsSetPointsAtTheSpeedScaling) {
+  make();
+  move(0.5, 400);
+  double speed = arm_->read(now_).measured.qd[0];
+  ASSERT_NEAR(speed, 0.5, 1e-6);
+  const auto at_scaling = [&](double scaling, int periods) {
+    EXPECT_FALSE(arm_->set_signal(3, scaling));
+    DeviceState state;
+    for (int i = 0; i < periods; ++i) {
+      state = move(0.5, 1);
+      EXPECT_LE(std::abs(state.measured.qd[0] - speed), 20.0 * 0.002 + 1e-9) << "no jerk at " << scaling;
+      speed = state.measured.qd[0];
+    }
+    return state;
+  };
+  EXPECT_NEAR(at_scaling(0.1, 100).measured.qd[0], 0.2, 1e-6) << "a share of the limit of 2 rad/s";
+  const double rest = at_scaling(0.0, 100).measured.q[0];
+  EXPECT_NEAR(at_scaling(0.0, 100).measured.q[0], rest, 1e-6);
+  const double end = at_scaling(1.0, 500).measured.q[0];
+  EXPECT_NEAR(end, target_ - 0.5 * 0.002, 1e-5) << "it catches up";
+}
+
+TEST_F(SimulatedArmTest, KeepsItsSpeedScalingBehindAnImperfectController) {
+  setup_.values = {{"servo", "ros2_control"}, {"noise", "0"}, {"resolution", "0"}};
+  make();
+  EXPECT_FALSE(arm_->set_signal(3, 0.1));
+  EXPECT_NEAR(move(0.5, 1000).measured.qd[0], 0.2, 0.02);
 }
 
 }  // namespace

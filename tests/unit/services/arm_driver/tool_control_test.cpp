@@ -199,6 +199,43 @@ TEST_F(Tool, RefusesWhileTheArmMovesOrIsStopped) {
   EXPECT_DOUBLE_EQ(state_.outside()[0], 0.05);
 }
 
+// What the world has attached for an order that ends before the fingers move stays where it is.
+TEST_F(Tool, HoldsNothingWhenItsOrderEndsBeforeTheFingersMove) {
+  use();
+  for (const auto& [reason, sentence] :
+       {std::pair(&stopped_, "arm north: it was stopped before its gripper moved: resume it, then call again"),
+        std::pair(&moves_, "arm north: it moves: wait until it stands")}) {
+    ASSERT_FALSE(control_->begin(request(DeviceOrder::DEVICE_CLOSE_TOOL), inputs()));
+    for (int i = 0; tool_.holding().empty(); ++i) {
+      period();
+      ASSERT_LT(i, 1000);
+    }
+    EXPECT_TRUE(attached_.at("crate"));
+    *reason = true;
+    std::optional<msg::Cause> end;
+    for (int i = 0; !end && i < 10000; ++i) {
+      period();
+      end = control_->end();
+    }
+    *reason = false;
+    ASSERT_TRUE(end) << sentence;
+    EXPECT_EQ(end->text(), sentence);
+    for (int i = 0; i < 500; ++i) period();
+    EXPECT_DOUBLE_EQ(state_.outside()[0], 0.05) << "no finger has moved";
+    EXPECT_EQ(state_.outside_lower(), (std::vector<double>{0.05}));
+    EXPECT_EQ(tool_.holding(), "");
+    EXPECT_FALSE(attached_.at("crate"));
+  }
+  EXPECT_EQ(carry_out(DeviceOrder::DEVICE_CLOSE_TOOL).kind(), CauseKind::CAUSE_NONE);
+  EXPECT_EQ(tool_.holding(), "crate");
+  ASSERT_FALSE(control_->begin(request(DeviceOrder::DEVICE_OPEN_TOOL), inputs()));
+  period();
+  stopped_ = true;
+  period();
+  EXPECT_TRUE(control_->end());
+  EXPECT_EQ(tool_.holding(), "crate") << "it was not opened";
+}
+
 TEST_F(Tool, EndsTheOrderWhenTheWorldDoesNotAnswer) {
   use();
   world_ = false;
@@ -280,6 +317,8 @@ TEST_F(Tool, OpensAndClosesAGripperBySignals) {
   const msg::Cause failed = carry_out(DeviceOrder::DEVICE_CLOSE_TOOL);
   EXPECT_EQ(failed.kind(), CauseKind::CAUSE_DEVICE_FAILED);
   EXPECT_EQ(failed.text(), "arm north: its cable is out");
+  EXPECT_EQ(tool_.holding(), "") << "no signal was set";
+  EXPECT_FALSE(attached_.at("crate"));
 }
 
 TEST_F(Tool, ClosesFingersThatYieldAsFarAsTheObjectLetsThem) {
