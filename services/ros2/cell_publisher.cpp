@@ -28,10 +28,11 @@ CellPublisher::ArmTopics::ArmTopics(const planner::Arm& of, bus::Participant& pa
       status(participant, ns + "/" + of.name + "/status", type::kDiagnosticStatus) {}
 
 DiagnosticStatus diagnostic(const OrderReport& report, const std::string& cell) {
-  const std::uint8_t grade = report.missing ? level::kError : report.refusal ? level::kWarn : level::kOk;
-  const std::string& text = report.missing ? *report.missing : report.refusal.value_or("applied");
-  DiagnosticStatus entry = diagnostic(grade, report.name, text, cell);
-  entry.values = {{"applied", std::to_string(report.applied)}, {"refused", std::to_string(report.refused)}};
+  const std::uint8_t grade = report.refusal ? level::kWarn : level::kOk;
+  DiagnosticStatus entry = diagnostic(grade, report.name, report.refusal.value_or("applied"), cell);
+  entry.values = {{"applied", std::to_string(report.applied)},
+                  {"refused", std::to_string(report.refused)},
+                  {"unreadable", std::to_string(report.unreadable)}};
   return entry;
 }
 

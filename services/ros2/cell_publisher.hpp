@@ -17,7 +17,7 @@
 
 namespace hecaton::ros2 {
 
-/// An error while obstacles are missing, a warning after a refusal.
+/// A warning after a refusal.
 [[nodiscard]] DiagnosticStatus diagnostic(const OrderReport& report, const std::string& cell);
 
 /// For one thread. `file` must outlive it.

@@ -6,19 +6,60 @@
 #include "services/bus/wire_rules.hpp"
 #include "services/ros2_messages/cell_description.hpp"
 #include "services/runtime/log.hpp"
+#include "services/runtime/orders.hpp"
 
 namespace hecaton::ros2 {
 namespace {
 
 using client::ModeOrder;
 
-/// Empty when the message is no pose in the frame `world`.
-std::optional<hecaton::Pose> pose_of(const PoseStamped& message) {
+double norm(const Quaternion& o) {
+  return std::sqrt(o.x * o.x + o.y * o.y + o.z * o.z + o.w * o.w);
+}
+
+/// Why the message is no goal; empty: it is one.
+std::optional<std::string> why_no_goal(const PoseStamped& message) {
+  const std::string& frame = message.header.frame_id;
+  if (frame != kWorldFrame) {
+    return "frame_id = '" + bus::printable(frame, bus::kLongestName) + "' must be " + kWorldFrame;
+  }
+  const Point& p = message.pose.position;
+  for (const auto& [name, value] : {std::pair("x", p.x), std::pair("y", p.y), std::pair("z", p.z)}) {
+    if (auto complaint = out_of_range(std::string("pose.position.") + name, value, kLargestPosition)) return complaint;
+  }
+  if (!(std::abs(norm(message.pose.orientation) - 1.0) < 1e-2)) return "pose.orientation must be a unit quaternion";
+  return std::nullopt;
+}
+
+std::optional<std::string> why_no_goal(const JointState& message, bool joints_known) {
+  if (!joints_known || message.position.size() != message.name.size()) {
+    return "it must have each joint of the arm once, with its position";
+  }
+  for (std::size_t i = 0; i < message.position.size(); ++i) {
+    const std::string field = "position[" + std::to_string(i) + "]";
+    if (auto complaint = out_of_range(field, message.position[i], kLargestPosition)) return complaint;
+  }
+  return std::nullopt;
+}
+
+/// `message` is a goal.
+hecaton::Pose pose_of(const PoseStamped& message) {
   const Point& p = message.pose.position;
   const Quaternion& o = message.pose.orientation;
-  const double norm = std::sqrt(o.x * o.x + o.y * o.y + o.z * o.z + o.w * o.w);
-  if (!std::isfinite(p.x + p.y + p.z) || !(std::abs(norm - 1.0) < 1e-2)) return std::nullopt;
-  return hecaton::Pose{{p.x, p.y, p.z}, {o.w / norm, o.x / norm, o.y / norm, o.z / norm}};
+  const double length = norm(o);
+  return {{p.x, p.y, p.z}, {o.w / length, o.x / length, o.y / length, o.z / length}};
+}
+
+/// Resumes the cell. The warning also names arms that do not move yet.
+Receipt resumed(const Cell& cell, const Wait& wait) {
+  Receipt receipt = cell.resume(wait);
+  try {
+    const std::string stopped = still_stopped(cell.status(wait).stopped_arms);
+    std::string& text = receipt.warning.text;
+    text += (text.empty() || stopped.empty() ? "" : "; ") + stopped;
+  } catch (const Error&) {  // the order is carried out all the same
+  }
+  return receipt;
 }
 
 void append(NodeEndpoints& all, const NodeEndpoints& more) {
@@ -28,6 +69,24 @@ void append(NodeEndpoints& all, const NodeEndpoints& more) {
 
 }  // namespace
 
+std::optional<std::string> latched_by(const services::CellModeView& modes, const std::string& arm) {
+  if (!modes.heard()) return std::nullopt;
+  if (modes.order(arm) == msg::Mode::MODE_STOP) return modes.why(arm).text();
+  const msg::ArmOrder* own = services::order_in(modes.mode(), arm);
+  if (own == nullptr || own->ordered() == msg::Mode::MODE_RUN || !services::is_for_device(own->cause(), arm)) {
+    return std::nullopt;
+  }
+  return "the arm is on " + own->cause().text();
+}
+
+std::string still_stopped(const std::vector<std::string>& stopped_arms) {
+  std::string text;
+  for (const std::string& arm : stopped_arms) {
+    text += (text.empty() ? "" : "; ") + arm + " stays stopped: it was stopped by name; resume it by name";
+  }
+  return text;
+}
+
 OrderServices::OrderServices(bus::Participant& participant, const config::CellFile& file, const Cell& cell,
                              bus::Mailbox& mailbox)
     : modes_([cell](ModeOrder order, const std::vector<std::string>& arms, const std::stop_token& stop) {
@@ -36,7 +95,7 @@ OrderServices::OrderServices(bus::Participant& participant, const config::CellFi
           case ModeOrder::kHold:
             return cell.hold(arms, wait);
           case ModeOrder::kResume:
-            return cell.resume(arms, wait);
+            return arms.empty() ? resumed(cell, wait) : cell.resume(arms, wait);
           case ModeOrder::kStop:
             break;
         }
@@ -105,59 +164,47 @@ Control::Control(bus::Participant& participant, const config::CellFile& file,
   }
 }
 
-void Control::update(const CellView& view, bus::Clock::time_point now) {
+void Control::update(const CellView& view, const services::CellModeView& modes, const PlannerWatch& planners,
+                     bus::Clock::time_point now) {
   for (std::size_t i = 0; i < arms_.size(); ++i) {
-    arms_[i]->trajectories.update(view.arm(i), now);
-    take_goals(*arms_[i]);
+    const std::string& name = arms_[i]->arm.name;
+    arms_[i]->trajectories.update(view.arm(i), {planners.knows(name), latched_by(modes, name)}, now);
+    take_goals(*arms_[i], now);
+    arms_[i]->goals.update(now);
   }
   orders_.update();
   scenes_.update(view, now);
 }
 
 template <class Send>
-void Control::send(ArmControl& control, const Send& go) {
-  control.refusal.reset();
+void Control::send(ArmControl& control, bus::Clock::time_point now, const Send& go) {
   try {
     const Goal goal = go();
-    ++goals_.applied;
+    control.goals.add([goal] { return goal.progress(); }, now);
     services::log_info("goal sent", {{"arm", control.arm.name}, {"goal", goal.id()}});
   } catch (const Error& error) {
-    ++goals_.refused;
-    control.refusal = error.what();
+    control.goals.refuse(error.what());
     services::log_warning("goal not sent", {{"arm", control.arm.name}, {"reason", error.what()}});
   }
 }
 
 void Control::refuse(ArmControl& control, const char* topic, const std::string& reason) {
-  ++goals_.refused;
-  control.refusal = std::string(topic) + ": " + reason;
+  control.goals.refuse(std::string(topic) + ": " + reason);
   services::log_warning("goal ignored", {{"arm", control.arm.name}, {"topic", topic}, {"reason", reason}});
 }
 
-void Control::take_goals(ArmControl& control) {
+void Control::take_goals(ArmControl& control, bus::Clock::time_point now) {
   control.poses.take_each([&](const PoseStamped& message) {
-    const std::string& frame = message.header.frame_id;
-    const auto pose = pose_of(message);
-    if (frame != kWorldFrame) {
-      refuse(control, "goal_pose",
-             "frame_id = '" + bus::printable(frame, bus::kLongestName) + "' must be " + kWorldFrame);
-    } else if (!pose) {
-      refuse(control, "goal_pose", "its numbers must be finite and its orientation a unit quaternion");
-    } else {
-      send(control, [&] { return control.client.go_to(*pose); });
-    }
+    if (const auto complaint = why_no_goal(message)) return refuse(control, "goal_pose", *complaint);
+    send(control, now, [&] { return control.client.go_to(pose_of(message)); });
   });
   control.positions.take_each([&](const JointState& message) {
     const auto joints = joint_numbers(message.name, control.arm);
-    const bool finite = std::all_of(message.position.begin(), message.position.end(),
-                                    [](double value) { return std::isfinite(value); });
-    if (!joints || message.position.size() != message.name.size() || !finite) {
-      refuse(control, "goal_joints", "it must have each joint of the arm once, with a finite position");
-      return;
-    }
+    if (const auto complaint = why_no_goal(message, joints.has_value()))
+      return refuse(control, "goal_joints", *complaint);
     std::vector<double> q(joints->size());
     for (std::size_t i = 0; i < q.size(); ++i) q[static_cast<std::size_t>((*joints)[i])] = message.position[i];
-    send(control, [&] { return control.client.go_to(q); });
+    send(control, now, [&] { return control.client.go_to(q); });
   });
 }
 
@@ -170,9 +217,13 @@ std::vector<OrderedPath> Control::paths() const {
 }
 
 std::vector<OrderReport> Control::reports() const {
-  OrderReport goals = goals_;
+  OrderReport goals{.name = "goals"};
   for (const auto& control : arms_) {
-    if (!goals.refusal && control->refusal) goals.refusal = "arm " + control->arm.name + ": " + *control->refusal;
+    const GoalReports& of_arm = control->goals;
+    goals.applied += of_arm.accepted();
+    goals.refused += of_arm.refused();
+    goals.unreadable += control->poses.unreadable() + control->positions.unreadable();
+    if (!goals.refusal && of_arm.refusal()) goals.refusal = "arm " + control->arm.name + ": " + *of_arm.refusal();
   }
   return {scenes_.report(), std::move(goals)};
 }

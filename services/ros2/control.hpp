@@ -12,11 +12,21 @@
 
 #include "services/client/mode_orders.hpp"
 #include "services/config/cell_file.hpp"
+#include "services/ros2/goal_reports.hpp"
+#include "services/ros2/planner_watch.hpp"
 #include "services/ros2/scene_editor.hpp"
 #include "services/ros2/trajectory_server.hpp"
 #include "services/ros2/unreadable_log.hpp"
+#include "services/runtime/cell_mode.hpp"
 
 namespace hecaton::ros2 {
+
+/// Why the arm stands until a person resumes it, a clause: a stop, or a fault of its device. Empty: it may move, or is
+/// held for another reason.
+[[nodiscard]] std::optional<std::string> latched_by(const services::CellModeView& modes, const std::string& arm);
+
+/// After a resume of the whole cell: the arms that stay stopped, a sentence. Empty: none.
+[[nodiscard]] std::string still_stopped(const std::vector<std::string>& stopped_arms);
 
 /// Services std_srvs/srv/Trigger for orders to the supervisor, which take up to two seconds each. All calls are for one
 /// thread.
@@ -55,7 +65,8 @@ class Control {
   Control(bus::Participant& participant, const config::CellFile& file,
           const std::shared_ptr<client::Connection>& connection, bus::Mailbox& mailbox, const std::string& checkpoint);
 
-  void update(const CellView& view, bus::Clock::time_point now);
+  void update(const CellView& view, const services::CellModeView& modes, const PlannerWatch& planners,
+              bus::Clock::time_point now);
 
   /// Paths of the trajectories under way.
   [[nodiscard]] std::vector<OrderedPath> paths() const;
@@ -73,17 +84,16 @@ class Control {
     TrajectoryServer trajectories;
     Subscription<PoseStamped> poses;
     Subscription<JointState> positions;
-    std::optional<std::string> refusal;  ///< of the newest goal from a topic; nothing when it was sent
+    GoalReports goals;  ///< from topics
   };
-  void take_goals(ArmControl& control);
+  void take_goals(ArmControl& control, bus::Clock::time_point now);
   template <class Send>
-  void send(ArmControl& control, const Send& go);
+  void send(ArmControl& control, bus::Clock::time_point now, const Send& go);
   void refuse(ArmControl& control, const char* topic, const std::string& reason);
 
   std::vector<std::unique_ptr<ArmControl>> arms_;
   OrderServices orders_;
   SceneTopics scenes_;
-  OrderReport goals_{.name = "goals"};
 };
 
 }  // namespace hecaton::ros2

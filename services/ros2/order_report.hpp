@@ -12,7 +12,7 @@ struct OrderReport {
   std::uint64_t applied = 0;                ///< since the start
   std::uint64_t refused = 0;                ///< since the start
   std::optional<std::string> refusal = {};  ///< the newest one; nothing when what came after it was applied
-  std::optional<std::string> missing = {};  ///< obstacles that the cell lacks until they are added again
+  std::uint64_t unreadable = 0;             ///< messages of another layout than their type, since the start
 };
 
 }  // namespace hecaton::ros2

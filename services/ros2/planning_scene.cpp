@@ -187,9 +187,7 @@ class SceneObject {
 };
 
 void require_id(const CollisionObject& object) {
-  if (object.id.empty() && object.operation == kRemove) {
-    throw Refused("REMOVE must have an id: without one it would also remove the obstacles of the cell file");
-  }
+  if (object.id.empty() && object.operation == kRemove) return;  // all objects, as in MoveIt
   if (object.id.empty()) throw Refused("an object must have an id");
   if (object.id.size() > bus::kLongestName || bus::unprintable(object.id)) {
     throw Refused("an id must be printable and have at most " + std::to_string(bus::kLongestName) + " bytes");
@@ -212,7 +210,7 @@ SceneEdit edit_of(const CollisionObject& object, const SceneFrames& frames) {
     case kMove:
       return {SceneEdit::Kind::kMove, SceneObject(object, frames).moved()};
     case kRemove:
-      return named(SceneEdit::Kind::kRemove, object.id);
+      return named(object.id.empty() ? SceneEdit::Kind::kRemoveAll : SceneEdit::Kind::kRemove, object.id);
     default:
       throw Refused("operation = " + std::to_string(object.operation) + " must be ADD, REMOVE, APPEND or MOVE");
   }
@@ -232,7 +230,7 @@ SceneEdit edit_of(const AttachedCollisionObject& attached, const SceneFrames& fr
   }
   const std::string arm = any_arm ? std::string() : *link->second.carrier;
   if (object.operation == kRemove) {
-    SceneEdit edit = named(SceneEdit::Kind::kDetach, object.id);
+    SceneEdit edit = named(object.id.empty() ? SceneEdit::Kind::kDetachAll : SceneEdit::Kind::kDetach, object.id);
     edit.arm = arm;
     return edit;
   }
@@ -287,6 +285,14 @@ SceneEdits edits_of(const PlanningScene& scene, const SceneFrames& frames) {
     result.refusals.push_back({"", "an octomap is not supported; send collision objects"});
   }
   return result;
+}
+
+SceneEdits of_topic(SceneEdits scene, const std::string& arm) {
+  for (SceneEdit& edit : scene.edits) {
+    edit.source = arm;
+    if (edit.kind == SceneEdit::Kind::kDetachAll && edit.arm.empty()) edit.arm = arm;
+  }
+  return scene;
 }
 
 }  // namespace hecaton::ros2

@@ -35,11 +35,14 @@ struct SceneEdit {
     kMove,    ///< the obstacle of that name to X_WO
     kRemove,  ///< the obstacle of that name
     kAttach,  ///< the obstacle of that name to `arm`
-    kDetach   ///< the obstacle of that name from `arm`; no arm: from any
+    kDetach,  ///< the obstacle of that name from `arm`; no arm: from any
+    kRemoveAll,  ///< what planning scenes of `source` added and no arm carries; no source: of all topics
+    kDetachAll   ///< what planning scenes attached to `arm`; no arm: to any
   };
   Kind kind{};
-  world::Obstacle obstacle;  ///< its shapes only for kAdd and kAppend
+  world::Obstacle obstacle;  ///< its shapes only for kAdd and kAppend; no name for kRemoveAll and kDetachAll
   std::string arm = {};
+  std::string source = {};  ///< the arm on whose own topic the scene came; empty: on the topic of the cell
 };
 
 /// Something in a scene that is not carried out.
@@ -58,5 +61,7 @@ struct SceneEdits {
 /// false), an octomap and planes are refused. Parts of a scene that do not concern obstacles are ignored: colours,
 /// paddings, the matrix of allowed collisions, joint positions.
 [[nodiscard]] SceneEdits edits_of(const PlanningScene& scene, const SceneFrames& frames);
+/// The edits of a scene that came on the own topic of `arm`. They remove and detach what belongs to this topic and arm.
+[[nodiscard]] SceneEdits of_topic(SceneEdits scene, const std::string& arm);
 
 }  // namespace hecaton::ros2

@@ -83,6 +83,8 @@ class Subscription {
       }
     }
   }
+  /// Messages that were not well-formed, since the start.
+  [[nodiscard]] std::uint64_t unreadable() const { return unreadable_.count(); }
   [[nodiscard]] bus::EndpointId id() const { return reader_.id(); }
 
  private:

@@ -96,12 +96,12 @@ void Ros2Service::run() {
                                       {"enclave", file_.ros2->enclave}});
   publisher_.publish_descriptions();
   while (loop_.next()) {
-    static_cast<void>(mailbox_.take_events());
+    for (const bus::Event& event : mailbox_.take_events()) planners_.note(event);
     modes_.update();
     if (heartbeat_.due(loop_.now(), loop_.period() / 2)) publish_heartbeat();
     if (participant_.recovering()) continue;
     cell_.update(publisher_.shows_plans());
-    if (control_) control_->update(cell_.view(), loop_.now());
+    if (control_) control_->update(cell_.view(), modes_.view(), planners_, loop_.now());
     publish(loop_.now());
     look_at_graph(loop_.now());
     look_at_names(loop_.now());

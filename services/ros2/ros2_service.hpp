@@ -10,6 +10,7 @@
 #include "services/ros2/control.hpp"
 #include "services/ros2/name_watch.hpp"
 #include "services/ros2/node_graph.hpp"
+#include "services/ros2/planner_watch.hpp"
 #include "services/ros2/status_poller.hpp"
 #include "services/runtime/cell_mode.hpp"
 #include "services/runtime/heartbeat_publisher.hpp"
@@ -46,6 +47,7 @@ class Ros2Service {
   services::HeartbeatPublisher heartbeat_;
   services::PeriodicLoop loop_;
   CellReader cell_;
+  PlannerWatch planners_;
   std::shared_ptr<client::Connection> connection_;
   CellPublisher publisher_;
   NameWatch names_;

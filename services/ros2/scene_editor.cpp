@@ -1,8 +1,10 @@
 #include "services/ros2/scene_editor.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "services/client/convert.hpp"
 #include "services/messages/convert.hpp"
 #include "services/ros2_messages/cell_description.hpp"
 #include "services/runtime/log.hpp"
@@ -12,7 +14,6 @@ namespace {
 
 /// Poses of links older than this say nothing about where an object is.
 constexpr std::chrono::seconds kStateLimit{1};
-constexpr std::chrono::seconds kRestorePeriod{1};  // between attempts to add missing obstacles
 
 SceneFrames frames_of(const CellView& view, bus::Clock::time_point now, std::optional<std::size_t> own) {
   SceneFrames frames;
@@ -32,6 +33,25 @@ bool is_same(const std::optional<world::Attachment>& one, const std::optional<wo
   return one && other && one->arm == other->arm &&
          (one->X_TO.translation() - other->X_TO.translation()).norm() < kPlace &&
          Eigen::AngleAxisd(one->X_TO.linear().transpose() * other->X_TO.linear()).angle() < kPlace;
+}
+
+/// Equal but for what rounding changes in a rotation on its way through the world service.
+bool is_alike(const std::vector<msg::PlacedShape>& some, const std::vector<msg::PlacedShape>& others) {
+  static constexpr double kRounding = 1e-9;
+  return std::equal(some.begin(), some.end(), others.begin(), others.end(),
+                    [](msg::PlacedShape one, const msg::PlacedShape& other) {
+                      const auto X_OS = messages::from_message(one.X_OS(), "");
+                      const auto X_OS_other = messages::from_message(other.X_OS(), "");
+                      if (!X_OS || !X_OS_other || !X_OS->isApprox(*X_OS_other, kRounding)) return false;
+                      one.X_OS(other.X_OS());
+                      return one == other;
+                    });
+}
+
+SceneEdit edit_of_name(SceneEdit::Kind kind, const std::string& obstacle, const std::string& arm = {}) {
+  SceneEdit edit{kind, {}, arm};
+  edit.obstacle.name = obstacle;
+  return edit;
 }
 
 /// What the memory of a scene grows with. A scene without objects counts, too.
@@ -69,88 +89,36 @@ void SceneWorker::add(SceneEdits scene) {
 }
 
 void SceneWorker::run(const std::stop_token& stop) {
-  const auto arrived = [this] { return !scenes_.empty(); };
-  auto next_attempt = bus::Clock::now();
   std::unique_lock lock(mutex_);
-  while (!stop.stop_requested()) {
-    if (missing_.empty()) {
-      arrived_.wait(lock, stop, arrived);
-    } else {
-      arrived_.wait_until(lock, stop, next_attempt, arrived);
-    }
-    if (arrived()) {
-      const SceneEdits scene = std::move(scenes_.front());
-      scenes_.pop_front();
-      // MoveIt sends many scenes without objects, which say nothing of the refused one.
-      if (!scene.edits.empty()) report_.refusal.reset();
-      lock.unlock();
-      carry_out(scene, stop);
-      lock.lock();
-      waiting_ -= parts_of(scene);
-    }
-    if (missing_.empty() || bus::Clock::now() < next_attempt) continue;
+  while (arrived_.wait(lock, stop, [this] { return !scenes_.empty(); })) {
+    const SceneEdits scene = std::move(scenes_.front());
+    scenes_.pop_front();
+    // MoveIt sends many scenes without objects, which say nothing of the refused one.
+    if (!scene.edits.empty()) report_.refusal.reset();
     lock.unlock();
-    restore_missing(stop);
+    carry_out(scene, stop);
     lock.lock();
-    next_attempt = bus::Clock::now() + kRestorePeriod;
+    waiting_ -= parts_of(scene);
   }
 }
 
 void SceneWorker::carry_out(const SceneEdits& scene, const std::stop_token& stop) {
   for (const SceneRefusal& refusal : scene.refusals) refuse(refusal);
   for (const SceneEdit& edit : scene.edits) {
-    const std::string& name = edit.obstacle.name;
     try {
-      apply(edit, {kAnswerLimit, stop});
-      services::log_info("planning scene applied", {{"object", name}});
+      const std::string ignored = apply(edit, {kAnswerLimit, stop});
+      const std::string object = edit.obstacle.name.empty() ? "all" : edit.obstacle.name;
+      if (!ignored.empty()) {
+        services::log_info("planning scene ignored", {{"object", object}, {"reason", ignored}});
+        continue;
+      }
+      services::log_info("planning scene applied", {{"object", object}});
       const std::scoped_lock counted(mutex_);
       ++report_.applied;
     } catch (const Error& error) {
-      if (const auto missing = missing_.find(name); missing != missing_.end()) missing->second.reason = error.what();
-      refuse({name, error.what()});
+      refuse({edit.obstacle.name, error.what()});
     }
-    report_missing();
   }
-}
-
-void SceneWorker::restore_missing(const std::stop_token& stop) {
-  std::vector<std::string> names;
-  for (const auto& [name, missing] : missing_) names.push_back(name);
-  try {
-    for (const std::string& name : names) {
-      const auto refusal = add_missing(name, {kAnswerLimit, stop});
-      if (const auto missing = missing_.find(name); missing != missing_.end()) missing->second.reason = *refusal;
-    }
-  } catch (const Error& error) {
-    for (auto& [name, missing] : missing_) missing.reason = error.what();
-  }
-  report_missing();
-}
-
-void SceneWorker::report_missing() {
-  constexpr std::size_t kMostNamed = 3;
-  std::string names;
-  std::size_t named = 0;
-  for (const auto& [name, missing] : missing_) {
-    if (reported_missing_.insert(name).second) {
-      services::log_error("obstacle missing: it is added again each second until the world has it",
-                          {{"object", name}, {"reason", missing.reason}});
-    }
-    if (++named <= kMostNamed) names += (named > 1 ? ", '" : "'") + name + "'";
-  }
-  std::erase_if(reported_missing_, [this](const std::string& name) {
-    if (missing_.contains(name)) return false;
-    services::log_info("obstacle not missing any more", {{"object", name}});
-    return true;
-  });
-  std::optional<std::string> text;
-  if (named > kMostNamed) names += " and " + std::to_string(named - kMostNamed) + " more";
-  if (named > 0) {
-    text = "the cell lacks " + names +
-           ", from which arms keep no distance until the world service adds it: " + missing_.begin()->second.reason;
-  }
-  const std::scoped_lock lock(mutex_);
-  report_.missing = std::move(text);
 }
 
 void SceneWorker::refuse(const SceneRefusal& refusal) {
@@ -161,7 +129,7 @@ void SceneWorker::refuse(const SceneRefusal& refusal) {
 }
 
 void SceneWorker::require(const msg::WorldEditReply& reply) const {
-  if (!reply.done()) throw Error(reply.cause().text());
+  if (!reply.done()) throw Rejected(client::to_public(reply.cause()));
 }
 
 msg::WorldEditReply SceneWorker::request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait) {
@@ -173,32 +141,14 @@ msg::WorldEditReply SceneWorker::request(msg::EditKind kind, const SceneEdit& ed
   return connection_->edit(std::move(request), wait);
 }
 
-msg::WorldEditReply SceneWorker::add_obstacle(const world::Obstacle& obstacle, const Wait& wait) {
+msg::WorldEditReply SceneWorker::put(msg::EditKind kind, const world::Obstacle& obstacle, const Wait& wait) {
   msg::WorldEditRequest request;
-  request.kind(msg::EditKind::EDIT_ADD);
+  request.kind(kind);
   request.name(obstacle.name);
   request.obstacle(messages::to_message(obstacle));
   msg::WorldEditReply reply = connection_->edit(std::move(request), wait);
   if (reply.done()) editions_[obstacle.name] = reply.edition();
-  if (reply.done() || reply.cause().kind() == msg::CauseKind::CAUSE_NAME_TAKEN) missing_.erase(obstacle.name);
   return reply;
-}
-
-std::optional<std::string> SceneWorker::add_missing(const std::string& obstacle, const Wait& wait) {
-  std::optional<std::string> refusal;
-  const std::vector<world::Obstacle> versions = missing_.at(obstacle).versions;  // add_obstacle() may remove them
-  for (const world::Obstacle& version : versions) {
-    std::optional<std::string> why;
-    try {
-      const msg::WorldEditReply reply = add_obstacle(version, wait);
-      if (!reply.done()) why = reply.cause().text();
-    } catch (const InvalidArgument& error) {
-      why = error.what();  // too large for a message
-    }
-    if (!refusal) refusal = why;
-    if (!missing_.contains(obstacle)) break;
-  }
-  return refusal;
 }
 
 // The world service publishes the shapes before it replies, but the two topics have no common order.
@@ -217,91 +167,161 @@ client::Connection::Scene SceneWorker::scene_with(const std::string& obstacle, c
   throw Error("the world service sends no obstacles");
 }
 
+client::Connection::Scene SceneWorker::scene_after_edits(const Wait& wait) {
+  std::optional<client::Connection::Scene> scene;
+  const auto current = [&] {
+    scene = connection_->scene(wait);
+    if (!scene) return false;
+    const msg::ObstacleStates& states = scene->states.value;
+    for (const auto& [name, edition] : editions_) {
+      if (states.edition() < edition) return false;
+    }
+    return std::all_of(states.states().begin(), states.states().end(), [&](const msg::ObstacleState& state) {
+      const auto shapes = scene->shapes.find(state.name());
+      const auto edited = editions_.find(state.name());
+      if (edited == editions_.end()) return shapes != scene->shapes.end() || !added_.contains(state.name());
+      return shapes != scene->shapes.end() && shapes->second.edition() >= edited->second;
+    });
+  };
+  if (connection_->wait_until(current, wait)) return *scene;
+  editions_.clear();
+  throw Error("the world service sends no obstacles");
+}
+
+bool SceneWorker::is_added(const std::string& obstacle, const msg::ObstacleShapes& shapes) const {
+  const auto added = added_.find(obstacle);
+  return added != added_.end() && is_alike(added->second.shapes, shapes.obstacle().shapes());
+}
+
+void SceneWorker::note_attachment(const SceneEdit& edit) {
+  const std::string& name = edit.obstacle.name;
+  if (edit.obstacle.attachment) {
+    attached_[name] = edit.obstacle.attachment->arm;
+  } else if (edit.kind == SceneEdit::Kind::kAttach) {
+    attached_[name] = edit.arm;
+  } else if (edit.kind != SceneEdit::Kind::kAppend) {
+    attached_.erase(name);
+  }
+}
+
 bool SceneWorker::is_carried(const std::string& obstacle, const Wait& wait) {
   const auto scene = scene_with(obstacle, wait);
   const auto shapes = scene.shapes.find(obstacle);
   return shapes != scene.shapes.end() && !shapes->second.obstacle().attached_to().empty();
 }
 
-void SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
-  if (!missing_.contains(edit.obstacle.name) || apply_to_missing(edit, wait)) apply_to_known(edit, wait);
-}
-
-bool SceneWorker::apply_to_missing(const SceneEdit& edit, const Wait& wait) {
-  using Kind = SceneEdit::Kind;
-  const std::string& name = edit.obstacle.name;
-  std::vector<world::Obstacle>& versions = missing_.at(name).versions;
-  switch (edit.kind) {
-    case Kind::kAdd:
-      // What the cell had comes last, whatever was ordered since.
-      versions = {edit.obstacle, versions.back()};
-      return true;
-    case Kind::kRemove: {
-      if (versions.front().attachment) return false;  // as apply_to_known() of a carried one
-      missing_.erase(name);
-      // An addition without an answer may have been carried out.
-      const msg::WorldEditReply reply = request(msg::EditKind::EDIT_REMOVE, edit, wait);
-      editions_.erase(name);
-      if (reply.cause().kind() != msg::CauseKind::CAUSE_UNKNOWN_NAME) require(reply);
-      return false;
-    }
-    case Kind::kMove:
-      for (world::Obstacle& version : versions) {
-        if (!version.attachment) version.X_WO = edit.obstacle.X_WO;
-      }
-      break;
-    case Kind::kAppend:
-    case Kind::kAttach:
-    case Kind::kDetach:
-      break;
+// In MoveIt a carried object is none of the world: a message that attaches it also removes it there.
+std::string SceneWorker::apply(const SceneEdit& edit, const Wait& wait) {
+  if (edit.kind == SceneEdit::Kind::kRemove && is_carried(edit.obstacle.name, wait)) {
+    return "an arm carries it; remove the attached object first";
   }
-  const auto refusal = add_missing(name, wait);
-  if (missing_.contains(name)) throw Error("the world lacks the obstacle, which is added again first: " + *refusal);
-  return true;
+  carry_out(edit, wait);
+  return {};
 }
 
-void SceneWorker::apply_to_known(const SceneEdit& edit, const Wait& wait) {
+void SceneWorker::carry_out(const SceneEdit& edit, const Wait& wait) {
   using Kind = SceneEdit::Kind;
   switch (edit.kind) {
     case Kind::kMove:
       return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
     case Kind::kRemove: {
-      // In MoveIt a carried object is none of the world: a message that attaches it also removes it there.
-      if (is_carried(edit.obstacle.name, wait)) return;
       const msg::WorldEditReply reply = request(msg::EditKind::EDIT_REMOVE, edit, wait);
       editions_.erase(edit.obstacle.name);
-      return require(reply);
+      require(reply);
+      added_.erase(edit.obstacle.name);
+      attached_.erase(edit.obstacle.name);
+      return;
     }
     case Kind::kAttach:
     case Kind::kDetach: {
       const bool attach = edit.kind == Kind::kAttach;
       const auto reply = request(attach ? msg::EditKind::EDIT_ATTACH : msg::EditKind::EDIT_DETACH, edit, wait);
-      if (reply.done()) editions_[edit.obstacle.name] = reply.edition();
-      return require(reply);
+      require(reply);
+      editions_[edit.obstacle.name] = reply.edition();
+      return note_attachment(edit);
     }
     case Kind::kAdd:
     case Kind::kAppend:
       return add_or_replace(edit, wait);
+    case Kind::kRemoveAll:
+      return remove_all(edit.source, wait);
+    case Kind::kDetachAll:
+      return detach_all(edit.arm, wait);
   }
 }
 
+// Obstacles of the cell file and of other clients stay, and so does what scenes of another arm's topic show, too.
+void SceneWorker::remove_all(const std::string& source, const Wait& wait) {
+  if (added_.empty()) return;
+  const auto scene = scene_after_edits(wait);
+  std::erase_if(added_, [&](const auto& added) {
+    const auto shapes = scene.shapes.find(added.first);
+    return shapes == scene.shapes.end() || !is_added(added.first, shapes->second);
+  });
+  std::vector<SceneEdit> edits;
+  for (auto& [name, added] : added_) {
+    const bool meant = source.empty() || added.sources.contains(source);
+    if (!meant || !scene.shapes.at(name).obstacle().attached_to().empty()) continue;
+    if (source.empty() || added.sources.size() == 1) {
+      edits.push_back(edit_of_name(SceneEdit::Kind::kRemove, name));
+    } else {
+      added.sources.erase(source);
+    }
+  }
+  carry_out_each(edits, wait);
+}
+
+void SceneWorker::detach_all(const std::string& arm, const Wait& wait) {
+  if (attached_.empty()) return;
+  const auto scene = scene_after_edits(wait);
+  std::erase_if(attached_, [&](const auto& attached) {
+    const auto shapes = scene.shapes.find(attached.first);
+    return shapes == scene.shapes.end() || shapes->second.obstacle().attached_to() != attached.second;
+  });
+  std::vector<SceneEdit> edits;
+  for (const auto& [name, carrier] : attached_) {
+    if (arm.empty() || carrier == arm) edits.push_back(edit_of_name(SceneEdit::Kind::kDetach, name, carrier));
+  }
+  carry_out_each(edits, wait);
+}
+
+// What another client has changed meanwhile delays no further edit.
+void SceneWorker::carry_out_each(const std::vector<SceneEdit>& edits, const Wait& wait) {
+  std::optional<Rejected> rejected;
+  for (const SceneEdit& edit : edits) {
+    try {
+      carry_out(edit, wait);
+    } catch (const Rejected& error) {
+      if (error.cause().kind != CauseKind::kUnknownName) rejected = error;
+    }
+  }
+  if (rejected) throw Rejected(*rejected);
+}
+
 void SceneWorker::add_or_replace(const SceneEdit& edit, const Wait& wait) {
-  const msg::WorldEditReply reply = add_obstacle(edit.obstacle, wait);
-  if (reply.done() || reply.cause().kind() != msg::CauseKind::CAUSE_NAME_TAKEN) {
-    if (missing_.contains(edit.obstacle.name)) static_cast<void>(add_missing(edit.obstacle.name, wait));
-    return require(reply);
+  const std::string& name = edit.obstacle.name;
+  // Known before it is sent: the world may carry out an edit whose reply is lost.
+  const Added added{{edit.source}, messages::to_message(edit.obstacle).shapes()};
+  const bool first = added_.try_emplace(name, added).second;
+  const msg::WorldEditReply reply = put(msg::EditKind::EDIT_ADD, edit.obstacle, wait);
+  if (reply.done()) {
+    added_[name] = added;
+    return note_attachment(edit);
   }
-  const auto scene = scene_with(edit.obstacle.name, wait);
-  const auto old = scene.shapes.find(edit.obstacle.name);
+  if (first) added_.erase(name);
+  if (reply.cause().kind() != msg::CauseKind::CAUSE_NAME_TAKEN) return require(reply);
+  const auto scene = scene_with(name, wait);
+  const auto old = scene.shapes.find(name);
   if (old == scene.shapes.end()) return require(reply);  // the name of an arm
-  std::optional<world::Pose> X_WO;
-  for (const msg::ObstacleState& state : scene.states.value.states()) {
-    if (state.name() != edit.obstacle.name) continue;
-    if (const auto pose = messages::from_message(state.X_WO(), state.name())) X_WO = *pose;
-  }
-  if (!X_WO) throw Error("the pose of the obstacle with this id is not known yet; send it again");
+  if (!is_added(name, old->second)) added_.erase(name);
   world::Obstacle next = edit.obstacle;
   if (edit.kind == SceneEdit::Kind::kAppend) {
+    std::optional<world::Pose> X_WO;
+    for (const msg::ObstacleState& state : scene.states.value.states()) {
+      if (state.name() != edit.obstacle.name) continue;
+      if (const auto pose = messages::from_message(state.X_WO(), state.name())) X_WO = *pose;
+    }
+    if (!X_WO) throw Error("the pose of the obstacle with this id is not known yet; send it again");
     const auto known = messages::from_message(old->second.obstacle());
     if (!known) throw Error(known.error);
     std::vector<world::PlacedShape> shapes = known->shapes;
@@ -313,35 +333,26 @@ void SceneWorker::add_or_replace(const SceneEdit& edit, const Wait& wait) {
     next.X_WO = *X_WO;
     next.attachment = known->attachment;
   }
-  replace(old->second, *X_WO, std::move(next), wait);
+  replace(old->second, next, wait);
+  note_attachment(edit);
+  const auto ours = added_.find(name);
+  if (ours == added_.end()) return;
+  ours->second.sources.insert(edit.source);
+  ours->second.shapes = messages::to_message(next).shapes();
 }
 
-void SceneWorker::replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next,
-                          const Wait& wait) {
+void SceneWorker::replace(const msg::ObstacleShapes& old, const world::Obstacle& next, const Wait& wait) {
   const msg::Obstacle& before = old.obstacle();
   if (before.motion().kind() != msg::MotionKind::MOTION_STATIC) {
     throw Error("the obstacle with this id moves by itself; remove it first");
   }
-  SceneEdit edit{SceneEdit::Kind::kMove, next};
-  // Without a moment in which the cell lacks the obstacle.
-  const bool same = messages::to_message(next).shapes() == before.shapes();
+  const bool same = is_alike(messages::to_message(next).shapes(), before.shapes());
   if (same && !next.attachment && before.attached_to().empty()) {
-    return require(request(msg::EditKind::EDIT_MOVE, edit, wait));
+    return require(request(msg::EditKind::EDIT_MOVE, {SceneEdit::Kind::kMove, next}, wait));
   }
   const auto known = messages::from_message(before);
   if (same && known && is_same(next.attachment, known.value->attachment)) return;  // MoveIt repeats what an arm carries
-  // The obstacle may be missing from here on, also when the world gives no answer.
-  Missing missing{{std::move(next)}, {}};
-  if (known) {
-    missing.versions.push_back(*known);
-    missing.versions.back().X_WO = X_WO;
-  }
-  const std::string name = edit.obstacle.name;
-  missing_.insert_or_assign(name, std::move(missing));
-  const msg::WorldEditReply removed = request(msg::EditKind::EDIT_REMOVE, edit, wait);
-  if (!removed.done()) missing_.erase(name);
-  require(removed);
-  if (const auto refusal = add_missing(name, wait)) throw Error(*refusal);
+  require(put(msg::EditKind::EDIT_REPLACE, next, wait));
 }
 
 SceneTopics::SceneTopics(bus::Participant& participant, const config::CellFile& file,
@@ -358,9 +369,17 @@ void SceneTopics::update(const CellView& view, bus::Clock::time_point now) {
   cell_.take_each(
       [&](const PlanningScene& scene) { worker_.add(edits_of(scene, frames_of(view, now, std::nullopt))); });
   for (ArmTopic& topic : arms_) {
-    topic.scenes.take_each(
-        [&](const PlanningScene& scene) { worker_.add(edits_of(scene, frames_of(view, now, topic.arm))); });
+    topic.scenes.take_each([&](const PlanningScene& scene) {
+      worker_.add(of_topic(edits_of(scene, frames_of(view, now, topic.arm)), view.arm(topic.arm).arm->name));
+    });
   }
+}
+
+OrderReport SceneTopics::report() const {
+  OrderReport report = worker_.report();
+  report.unreadable = cell_.unreadable();
+  for (const ArmTopic& topic : arms_) report.unreadable += topic.scenes.unreadable();
+  return report;
 }
 
 NodeEndpoints SceneTopics::endpoints() const {

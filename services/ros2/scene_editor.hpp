@@ -25,10 +25,6 @@
 namespace hecaton::ros2 {
 
 /// Carries out edits one after the other. All calls are for one thread, but for report().
-///
-/// An obstacle with other shapes replaces one of its name by a removal and an addition. When the addition fails, the
-/// worker repeats it each second until the world has the obstacle: in its new form, or else as it was. A later edit of
-/// that name acts on what shall be added, and a removal ends the attempts.
 class SceneWorker {
  public:
   explicit SceneWorker(std::shared_ptr<client::Connection> connection);
@@ -41,39 +37,41 @@ class SceneWorker {
   static constexpr std::size_t kMostWaiting = 8192;
 
  private:
-  /// An obstacle that the world lacks because of this worker.
-  struct Missing {
-    std::vector<world::Obstacle> versions;  ///< the first one that the world accepts is added
-    std::string reason;                     ///< why it is missing
-  };
-
   void carry_out(const SceneEdits& scene, const std::stop_token& stop);
   void run(const std::stop_token& stop);
-  void apply(const SceneEdit& edit, const Wait& wait);
-  void apply_to_known(const SceneEdit& edit, const Wait& wait);
-  /// False: the edit has ended with this.
-  [[nodiscard]] bool apply_to_missing(const SceneEdit& edit, const Wait& wait);
+  /// Why the edit was ignored; empty: it was carried out. Throws Error.
+  std::string apply(const SceneEdit& edit, const Wait& wait);
+  void carry_out(const SceneEdit& edit, const Wait& wait);
   void add_or_replace(const SceneEdit& edit, const Wait& wait);
-  void replace(const msg::ObstacleShapes& old, const world::Pose& X_WO, world::Obstacle next, const Wait& wait);
+  void replace(const msg::ObstacleShapes& old, const world::Obstacle& next, const Wait& wait);
+  void remove_all(const std::string& source, const Wait& wait);
+  void detach_all(const std::string& arm, const Wait& wait);
+  /// Goes on after a refusal, and throws the last one. Ignores obstacles that are gone.
+  void carry_out_each(const std::vector<SceneEdit>& edits, const Wait& wait);
   /// True when an arm carries the obstacle. Throws Error.
   bool is_carried(const std::string& obstacle, const Wait& wait);
   void require(const msg::WorldEditReply& reply) const;
+  /// False when planning scenes did not add the obstacle, or another client has put another one in its place since.
+  [[nodiscard]] bool is_added(const std::string& obstacle, const msg::ObstacleShapes& shapes) const;
+  void note_attachment(const SceneEdit& edit);
   msg::WorldEditReply request(msg::EditKind kind, const SceneEdit& edit, const Wait& wait);
-  msg::WorldEditReply add_obstacle(const world::Obstacle& obstacle, const Wait& wait);
-  /// Adds a missing obstacle. Why the world has refused the first version; empty: it has not. Throws Error.
-  std::optional<std::string> add_missing(const std::string& obstacle, const Wait& wait);
-  /// Tries to add all missing obstacles.
-  void restore_missing(const std::stop_token& stop);
-  /// Logs and reports which obstacles are missing.
-  void report_missing();
+  /// An edit that carries an obstacle: EDIT_ADD or EDIT_REPLACE.
+  msg::WorldEditReply put(msg::EditKind kind, const world::Obstacle& obstacle, const Wait& wait);
   /// The scene, with the shapes of the obstacle after the last edit of this worker. Throws Error.
   client::Connection::Scene scene_with(const std::string& obstacle, const Wait& wait);
+  /// The scene after all edits of this worker. Throws Error.
+  client::Connection::Scene scene_after_edits(const Wait& wait);
   void refuse(const SceneRefusal& refusal);
 
+  /// An obstacle that planning scenes added.
+  struct Added {
+    std::set<std::string> sources;  ///< topics on which it came, as SceneEdit::source
+    std::vector<msg::PlacedShape> shapes;
+  };
   std::shared_ptr<client::Connection> connection_;
   std::map<std::string, std::uint64_t> editions_;  ///< of the scene after the last edit of each obstacle's shapes
-  std::map<std::string, Missing> missing_;
-  std::set<std::string> reported_missing_;
+  std::map<std::string, Added> added_;
+  std::map<std::string, std::string> attached_;  ///< arm to which planning scenes attached an obstacle
   mutable std::mutex mutex_;
   std::condition_variable_any arrived_;
   std::deque<SceneEdits> scenes_;
@@ -92,7 +90,7 @@ class SceneTopics {
 
   /// Takes the scenes that have arrived. Frames are where the arms were measured last.
   void update(const CellView& view, bus::Clock::time_point now);
-  [[nodiscard]] OrderReport report() const { return worker_.report(); }
+  [[nodiscard]] OrderReport report() const;
   [[nodiscard]] NodeEndpoints endpoints() const;
 
  private:

@@ -25,6 +25,8 @@ constexpr double kRest = 1e-3;
 /// Mean velocities between points may exceed a limit by this factor, for rounded times.
 constexpr double kVelocityRounding = 1.02;
 constexpr double kLongestDuration = 3600.0;  // [s]
+/// A stamp may be this far in the future [s]: clocks of two hosts differ.
+constexpr double kLongestAhead = 0.1;
 /// Of a joint without a goal tolerance, beside joints with one [rad | m]: the usual `goal_tolerance` of a cell file.
 constexpr double kJointTolerance = 2e-3;
 /// An arm rests when each joint stays within kStill for kRestTime, by positions that are at most kRecent old.
@@ -36,6 +38,11 @@ std::string rounded(double value) {
   std::array<char, 32> text{};
   const int size = std::snprintf(text.data(), text.size(), "%.4g", value);
   return {text.data(), static_cast<std::size_t>(size)};
+}
+
+std::string no_planner_heard() {
+  return "no planner of the arm was heard for " + rounded(TrajectoryFollower::kHeardTime) +
+         " s; `hecaton status` shows whether one runs";
 }
 
 struct RefusedTrajectory {
@@ -65,19 +72,22 @@ JointVector unwound(const planner::JointLimits& limits, JointVector q, const Joi
 void check_point(const JointTrajectoryPoint& point, std::size_t index, const std::vector<int>& joints,
                  const planner::Arm& arm) {
   const std::string where = "trajectory.points[" + std::to_string(index) + "]";
-  const auto check_size = [&](const std::vector<double>& values, const char* name, bool optional) {
+  const auto check_values = [&](const std::vector<double>& values, const char* name, double largest, bool optional) {
     if (optional && values.empty()) return;
     if (values.size() != joints.size()) {
       refuse(TrajectoryCode::kInvalidGoal, where + "." + name + " has " + std::to_string(values.size()) +
                                                " values, but must have " + std::to_string(joints.size()));
     }
-    if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); })) {
-      refuse(TrajectoryCode::kInvalidGoal, where + "." + name + " must be finite numbers");
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::string field = where + "." + name + "[" + std::to_string(i) + "]";
+      if (auto complaint = out_of_range(field, values[i], largest)) {
+        refuse(TrajectoryCode::kInvalidGoal, std::move(*complaint));
+      }
     }
   };
-  check_size(point.positions, "positions", false);
-  check_size(point.velocities, "velocities", true);
-  check_size(point.accelerations, "accelerations", true);
+  check_values(point.positions, "positions", kLargestPosition, false);
+  check_values(point.velocities, "velocities", kLargestVelocity, true);
+  check_values(point.accelerations, "accelerations", kLargestAcceleration, true);
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const int j = joints[i];
     const double q = point.positions[i];
@@ -101,7 +111,7 @@ void check_velocity(const planner::TimedPoint& from, const planner::TimedPoint& 
   }
 }
 
-/// Tolerances by joint. 0, or no entry: `unspecified`; negative: none. Refuses NaN, which would count as none.
+/// Tolerances by joint; infinite: none, which 0, a negative one and one beyond all positions mean, too. Refuses NaN.
 JointVector tolerances(const std::vector<JointTolerance>& given, const char* name, const planner::Arm& arm) {
   JointVector tolerance = JointVector::Constant(arm.model->joints(), kInfinite);
   for (const JointTolerance& entry : given) {
@@ -118,7 +128,7 @@ JointVector tolerances(const std::vector<JointTolerance>& given, const char* nam
       refuse(TrajectoryCode::kInvalidGoal,
              std::string(name) + " of joint " + *found + " is not a number; 0 gives the joint no tolerance");
     }
-    if (entry.position > 0.0) tolerance[found - names.begin()] = entry.position;
+    if (entry.position > 0.0 && entry.position <= kLargestPosition) tolerance[found - names.begin()] = entry.position;
   }
   return tolerance;
 }
@@ -136,7 +146,7 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
     refuse(TrajectoryCode::kInvalidJoints,
            "trajectory.joint_names must have each joint of arm " + arm.name + " once: " + joint_list(arm));
   }
-  if (!goal.multi_dof_trajectory.points.empty()) {
+  if (!goal.multi_dof_trajectory.joint_names.empty() || !goal.multi_dof_trajectory.points.empty()) {
     refuse(TrajectoryCode::kInvalidGoal, "multi_dof_trajectory must be empty");
   }
   const std::size_t most =
@@ -190,6 +200,12 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
     refuse(TrajectoryCode::kOldStamp,
            "the trajectory of " + rounded(order.duration()) + " s was to begin " + rounded(age) + " s ago");
   }
+  if (age < -kLongestAhead) {
+    refuse(
+        TrajectoryCode::kInvalidGoal,
+        "header.stamp is " + rounded(-age) + " s in the future (limit " + rounded(kLongestAhead) +
+            " s), but a trajectory begins at once: send it when it is due, or with stamp 0 if clocks of hosts differ");
+  }
   order.trajectory.path_tolerance = tolerances(goal.path_tolerance, "path_tolerance", arm);
   order.goal_tolerance = tolerances(goal.goal_tolerance, "goal_tolerance", arm);
   order.goal_time_tolerance = std::max(0.0, seconds_of(goal.goal_time_tolerance));
@@ -197,6 +213,11 @@ TrajectoryOrder checked(const TrajectoryGoal& goal, const planner::Arm& arm, con
 }
 
 }  // namespace
+
+std::optional<std::string> out_of_range(const std::string& field, double value, double largest) {
+  if (std::abs(value) <= largest) return std::nullopt;
+  return field + " = " + rounded(value) + " must be from " + rounded(-largest) + " to " + rounded(largest);
+}
 
 planner::JointState TrajectoryOrder::at(double time) const {
   const planner::TimedPoint& first = trajectory.points.front();
@@ -251,10 +272,11 @@ std::variant<TrajectoryOrder, TrajectoryRefusal> check_trajectory(const Trajecto
   }
 }
 
-double PlannerSilence::update(std::optional<double> reported, double dt) {
-  silence_ = reported == reported_ ? silence_ + dt : 0.0;
-  reported_ = reported;
-  return silence_;
+void PlannerSilence::update(std::optional<double> reported, bool heard, double dt) {
+  const bool answered = reported != std::exchange(reported_, reported);
+  if (answered) unanswered_ = 0.0;
+  if (!answered && heard) unanswered_ += dt;
+  unheard_ = answered || heard ? 0.0 : unheard_ + dt;
 }
 
 double RestTime::update(const planner::JointLimits& limits, const std::optional<JointVector>& q, double dt) {
@@ -267,7 +289,7 @@ double RestTime::update(const planner::JointLimits& limits, const std::optional<
 std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) {
   constexpr double kLongestEstimate = 0.25;  // beyond the last report [s]
   elapsed_ += input.dt;
-  const double silence = silence_.update(input.reported, input.dt);
+  silence_.update(input.reported, input.heard, input.dt);
   rested_ = rest_.update(order_.limits, input.q_age <= kRecent ? input.q : std::nullopt, input.dt);
   rate_ = input.rate;
   reported_ = std::max(reported_, input.time);
@@ -285,9 +307,16 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::update(const Input& input) 
       return end(TrajectoryCode::kInvalidGoal, "the planner rejects the trajectory" + because);
     case GoalReport::kLeftPath:
       return end(TrajectoryCode::kPathTolerance, input.reason);
+    case GoalReport::kUnreported:
+      if (silence_.unanswered() > kReportTime) {
+        return end(TrajectoryCode::kInvalidGoal,
+                   "the goal was lost: hecaton-ros2 was restarted, and no planner knows the goal");
+      }
+      [[fallthrough]];
     case GoalReport::kUnanswered:
     case GoalReport::kUnderWay:
-      if (silence > kAnswerTime && (input.reported || input.report == GoalReport::kUnanswered)) {
+      if (silence_.unheard() > kHeardTime) return end(TrajectoryCode::kInvalidGoal, no_planner_heard());
+      if (silence_.unanswered() > kAnswerTime && (input.reported || input.report == GoalReport::kUnanswered)) {
         return end(TrajectoryCode::kInvalidGoal, "no planner of the arm has answered the trajectory for " +
                                                      rounded(kAnswerTime) +
                                                      " s; `hecaton status` shows whether one runs");
@@ -339,9 +368,11 @@ std::optional<TrajectoryRefusal> TrajectoryFollower::judge_arrival(const Input& 
 }
 
 std::optional<std::string> CancellationWait::update(const Input& input) {
-  const double silence = silence_.update(input.reported, input.dt);
-  if (input.over) return "canceled by its client";
-  if (silence <= TrajectoryFollower::kAnswerTime) return std::nullopt;
+  silence_.update(input.reported, input.heard, input.dt);
+  const bool lost = input.restored && !input.reported && silence_.unanswered() > TrajectoryFollower::kReportTime;
+  if (input.over || lost) return "canceled by its client";
+  if (silence_.unheard() > TrajectoryFollower::kHeardTime) return "canceled by its client; " + no_planner_heard();
+  if (silence_.unanswered() <= TrajectoryFollower::kAnswerTime) return std::nullopt;
   return "canceled by its client; no planner of the arm has confirmed it for " +
          rounded(TrajectoryFollower::kAnswerTime) + " s; `hecaton status` shows whether one runs";
 }

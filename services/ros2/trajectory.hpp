@@ -26,6 +26,15 @@ enum class TrajectoryCode : std::int32_t {
   kGoalTolerance = -5,
 };
 
+// Largest absolute values that the messages to planners may have (services/bus/wire_rules.cpp).
+inline constexpr double kLargestPosition = 1e6;      ///< [rad | m]
+inline constexpr double kLargestVelocity = 1e4;      ///< [rad/s | m/s]
+inline constexpr double kLargestAcceleration = 1e6;  ///< [rad/s² | m/s²]
+
+/// A sentence about the `field` of a message of ROS 2; empty when `value` is finite and its absolute value at most
+/// `largest`.
+[[nodiscard]] std::optional<std::string> out_of_range(const std::string& field, double value, double largest);
+
 /// A trajectory that has passed the checks.
 struct TrajectoryOrder {
   planner::TimedTrajectory trajectory;   ///< with path tolerances; a first point after time 0 begins at the arm
@@ -54,7 +63,8 @@ struct TrajectoryRefusal {
   std::string text;  ///< one sentence
 };
 
-/// Checks a goal for an arm at `q`. `age`: time since the trajectory's stamp [s]; 0 for a stamp of zero.
+/// Checks a goal for an arm at `q`. `age`: time since the trajectory's stamp [s], negative before it; 0 for a stamp
+/// of zero.
 [[nodiscard]] std::variant<TrajectoryOrder, TrajectoryRefusal> check_trajectory(const TrajectoryGoal& goal,
                                                                                 const planner::Arm& arm,
                                                                                 const planner::JointVector& q,
@@ -65,15 +75,20 @@ struct TrajectoryRefusal {
 [[nodiscard]] std::optional<std::vector<int>> joint_numbers(const std::vector<std::string>& names,
                                                             const planner::Arm& arm);
 
-/// How long planners have been silent about a goal.
+/// How long planners have been silent about a goal. A planner that is not heard at all may be about to start.
 class PlannerSilence {
  public:
-  /// `reported`: age of the goal in the last report of a planner [s]; empty: none yet. `dt`: since the last call [s].
-  /// Returns the silence [s].
-  double update(std::optional<double> reported, double dt);
+  /// `reported`: age of the goal in the last report of a planner [s]; empty: none yet. `heard`: a planner of the arm
+  /// runs, as far as this process knows. `dt`: since the last call [s].
+  void update(std::optional<double> reported, bool heard, double dt);
+  /// Without a report, while a planner was heard [s].
+  [[nodiscard]] double unanswered() const { return unanswered_; }
+  /// Since a planner was heard last [s].
+  [[nodiscard]] double unheard() const { return unheard_; }
 
  private:
-  double silence_ = 0.0;
+  double unanswered_ = 0.0;
+  double unheard_ = 0.0;
   std::optional<double> reported_;
 };
 
@@ -91,21 +106,28 @@ class RestTime {
 /// Follows one trajectory.
 class TrajectoryFollower {
  public:
-  explicit TrajectoryFollower(TrajectoryOrder order) : order_(std::move(order)) {}
+  /// `elapsed`: since the start [s].
+  explicit TrajectoryFollower(TrajectoryOrder order, double elapsed = 0.0)
+      : order_(std::move(order)), elapsed_(elapsed) {}
 
   /// What the planner says about the goal.
   enum class GoalReport {
     kUnderWay,
     kUnanswered,  ///< no planner has reported anything yet
+    kUnreported,  ///< the same, after a restart of this service: a planner may know the goal or not
     kReached,
     kRejected,  ///< the planner rejects the trajectory
     kLeftPath,  ///< the planner has ended the goal: a joint is outside its path tolerance
     kReplaced,  ///< by a later goal, which is none of the action
     kLost,      ///< the goal ended otherwise
   };
-  /// A trajectory ends when no planner has answered it for this long [s]. The agent restarts a planner that has failed;
-  /// until it answers, some seconds pass (docs/results.md, "ROS 2 and Python").
+  /// A trajectory ends when no planner has answered it for this long, while one was heard [s]. The agent restarts a
+  /// planner that has failed; until it answers, some seconds pass (docs/results.md, "ROS 2 and Python").
   static constexpr double kAnswerTime = 10.0;
+  /// The same after a restart of this service, which has no answer of the planner yet [s].
+  static constexpr double kReportTime = 5.0;
+  /// A trajectory also ends when no planner was heard for this long [s].
+  static constexpr double kHeardTime = 30.0;
   struct Input {
     std::optional<planner::JointVector> q;  ///< measured [rad | m]; empty: the driver has sent none
     double dt;                              ///< since the last call [s]
@@ -115,6 +137,7 @@ class TrajectoryFollower {
     std::string reason = {};              ///< of the report, and why the arm is late, for people
     std::optional<double> reported = {};  ///< age of the goal in the last report of a planner [s]; empty: none
     double q_age = 0.0;                   ///< of q [s]
+    bool heard = true;                    ///< a planner of the arm runs
   };
   /// The end of the trajectory; kSuccessful: at its goal, also while the planner's goal is under way: the arm rests
   /// within the goal tolerances. Empty: it goes on.
@@ -148,9 +171,10 @@ class CancellationWait {
     double dt;                            ///< since the last call [s]
     bool over = false;                    ///< the goal has ended
     std::optional<double> reported = {};  ///< age of the goal in the last report of a planner [s]; empty: none
+    bool heard = true;                    ///< a planner of the arm runs
+    bool restored = false;                ///< an earlier process has sent the goal
   };
-  /// How the trajectory has ended, for people. It also ends when no planner has reported on the goal for
-  /// TrajectoryFollower::kAnswerTime. Empty: wait.
+  /// How the trajectory has ended, for people. It also ends with the time limits of TrajectoryFollower. Empty: wait.
   [[nodiscard]] std::optional<std::string> update(const Input& input);
 
  private:

@@ -15,9 +15,8 @@ using namespace std::chrono_literals;
 
 constexpr auto kFeedbackPeriod = 40ms;
 constexpr std::size_t kMostReplaced = 16;  // trajectories that wait for an answer of the planner
-/// After a restart, clients of the earlier process are discovered within this time, and planners report their goals.
+/// After a restart, clients of the earlier process are discovered within this time.
 constexpr auto kRediscovery = 3s;
-constexpr auto kPlannerReport = 5s;
 
 std::string action_name(const std::string& ns, const planner::Arm& arm) {
   return ns + "/" + arm.name + "/follow_joint_trajectory/_action/";
@@ -30,6 +29,10 @@ std::string reason_of(const Progress& progress) {
   const std::string pair = progress.binding->own + " is " + std::to_string(progress.binding->distance).substr(0, 5) +
                            " m from " + progress.binding->other;
   return text.empty() ? pair : text + " (" + pair + ")";
+}
+
+double in_seconds(bus::Clock::duration time) {
+  return std::chrono::duration<double>(time).count();
 }
 
 double seconds_of(const Time& stamp) {
@@ -100,17 +103,16 @@ bool TrajectoryServer::restore(const SavedTrajectory& active, Clock::time_point 
   if (order == nullptr) return false;
   const Clock::time_point begun = std::min(now, time_of(active.begun_ns));
   active_.emplace(Active{id,
-                         TrajectoryFollower(std::move(*order)),
+                         TrajectoryFollower(std::move(*order), in_seconds(now - begun)),
                          active.order,
                          client::Connection::adopt(connection_, arm_.name, active.goal),
                          {},
                          begun,
-                         begun,
+                         now,
                          std::nullopt,
                          true});
   if (active.canceling) {
     active_->cancellation.emplace();
-    active_->updated = now;
     cancel_active(now);
   }
   services::log_info("trajectory continues after a restart", {{"arm", arm_.name}, {"goal", active.goal}});
@@ -142,18 +144,18 @@ void TrajectoryServer::save() {
 // their order is not known, and the cancellation comes first. A client that must cancel a new goal waits for its
 // acceptance. One that cancels all goals before a new one need not wait. A cancellation that names its goal comes
 // behind it.
-void TrajectoryServer::update(const ArmSnapshot& arm, Clock::time_point now) {
+void TrajectoryServer::update(const ArmSnapshot& arm, const ArmReadiness& readiness, Clock::time_point now) {
   const std::vector<CancelRequest> of_unknown_goals = take_cancellations(now);
-  take_goals(arm, now);
+  take_goals(arm, readiness, now);
   for (const CancelRequest& request : of_unknown_goals) carry_out(request, now);
   cancellations_.retry(now);
-  follow(arm, now);
+  follow(arm, readiness.planner_heard, now);
   take_result_requests(now);
   send_results(now);
   goals_.forget_old(now);
 }
 
-void TrajectoryServer::take_goals(const ArmSnapshot& arm, Clock::time_point now) {
+void TrajectoryServer::take_goals(const ArmSnapshot& arm, const ArmReadiness& readiness, Clock::time_point now) {
   for (const bus::ros2::Request& request : send_goal_.take()) {
     const auto goal = decoded<SendGoalRequest>(request.bytes);
     if (!goal) {
@@ -162,12 +164,15 @@ void TrajectoryServer::take_goals(const ArmSnapshot& arm, Clock::time_point now)
     }
     const Time stamp = ros_time(std::chrono::system_clock::now());
     const bool accepted = goals_.add(goal->goal_id.uuid, stamp);
-    if (accepted) accept(*goal, arm, now);
+    if (accepted) accept(*goal, arm, readiness, now);
     send_goal_.reply(request.id, encoded(SendGoalResponse{accepted, stamp}));
   }
 }
 
-void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now) {
+// An arm that was stopped keeps its trajectory, which the person who resumes it can know. A later one would move the
+// arm by that resume, perhaps long after its sender has ended.
+void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot& arm, const ArmReadiness& readiness,
+                              Clock::time_point now) {
   const ActionGoals::Id& id = request.goal_id.uuid;
   const auto refuse = [&](TrajectoryCode code, const std::string& text) {
     goals_.end(id, ActionGoals::kAborted, {static_cast<std::int32_t>(code), text}, now);
@@ -177,6 +182,9 @@ void TrajectoryServer::accept(const SendGoalRequest& request, const ArmSnapshot&
   };
   if (arm.kinematics == nullptr) {
     return refuse(TrajectoryCode::kInvalidGoal, "the driver of arm " + arm_.name + " has sent no state");
+  }
+  if (readiness.latched_by) {
+    return refuse(TrajectoryCode::kInvalidGoal, *readiness.latched_by + "; resume it, then send the trajectory again");
   }
   const Time& begin = request.goal.trajectory.header.stamp;
   const double age =
@@ -311,26 +319,24 @@ void TrajectoryServer::send_goal(Clock::time_point now) {
   }
 }
 
-void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
+void TrajectoryServer::follow(const ArmSnapshot& arm, bool planner_heard, Clock::time_point now) {
   if (!active_) return;
-  if (active_->cancellation) return await_cancellation(now);
-  const auto seconds = [](Clock::duration time) { return std::chrono::duration<double>(time).count(); };
-  TrajectoryFollower::Input input{std::nullopt, seconds(now - active_->updated)};
+  if (active_->cancellation) return await_cancellation(planner_heard, now);
+  TrajectoryFollower::Input input{std::nullopt, in_seconds(now - active_->updated)};
+  input.heard = planner_heard;
   if (arm.kinematics != nullptr) {
     input.q = measured(arm);
-    input.q_age = seconds(now - arm.state->received);
+    input.q_age = in_seconds(now - arm.state->received);
   }
   active_->updated = now;
   bool over = false;
   const auto progress = active_->goal.progress();
-  if (!progress && !active_->restored) input.report = TrajectoryFollower::GoalReport::kUnanswered;
-  if (progress) input.reported = progress->elapsed.count();
-  if (is_lost_since_restart(progress, now)) {
-    over = true;
-    input.report = TrajectoryFollower::GoalReport::kLost;
-    input.reason = "hecaton-ros2 was restarted, and no planner knows the goal";
+  if (!progress) {
+    input.report =
+        active_->restored ? TrajectoryFollower::GoalReport::kUnreported : TrajectoryFollower::GoalReport::kUnanswered;
   }
   if (progress) {
+    input.reported = progress->elapsed.count();
     over = is_final(progress->state);
     if (progress->state != GoalState::kRejected && !active_->replaced.empty()) {
       active_->replaced.clear();  // the planner has left them
@@ -362,11 +368,13 @@ void TrajectoryServer::follow(const ArmSnapshot& arm, Clock::time_point now) {
   }
 }
 
-void TrajectoryServer::await_cancellation(Clock::time_point now) {
+void TrajectoryServer::await_cancellation(bool planner_heard, Clock::time_point now) {
   const auto progress = active_->goal.progress();
-  CancellationWait::Input input{std::chrono::duration<double>(now - active_->updated).count()};
+  CancellationWait::Input input{in_seconds(now - active_->updated)};
   active_->updated = now;
-  input.over = (progress && is_final(progress->state)) || is_lost_since_restart(progress, now);
+  input.heard = planner_heard;
+  input.restored = active_->restored;
+  input.over = progress && is_final(progress->state);
   if (progress) input.reported = progress->elapsed.count();
   if (const auto end = active_->cancellation->update(input)) {
     finish(ActionGoals::kCanceled, TrajectoryCode::kSuccessful, *end, now);
@@ -381,10 +389,6 @@ void TrajectoryServer::cancel_active(Clock::time_point now) {
 void TrajectoryServer::cancel(const Goal& goal, Clock::time_point now) {
   cancellations_.add(
       goal.id(), [goal] { goal.cancel(); }, now);
-}
-
-bool TrajectoryServer::is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const {
-  return !progress && active_->restored && now > restored_ + kPlannerReport;
 }
 
 void TrajectoryServer::finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now) {

@@ -21,6 +21,12 @@
 
 namespace hecaton::ros2 {
 
+/// What the service knows of an arm besides its newest messages.
+struct ArmReadiness {
+  bool planner_heard = false;                  ///< a planner of the arm runs
+  std::optional<std::string> latched_by = {};  ///< see latched_by(); empty: it may move
+};
+
 /// For one thread.
 class TrajectoryServer {
  public:
@@ -34,7 +40,7 @@ class TrajectoryServer {
                    const std::string& checkpoint);
 
   /// Answers requests and follows the trajectory. Call it in each period.
-  void update(const ArmSnapshot& arm, Clock::time_point now);
+  void update(const ArmSnapshot& arm, const ArmReadiness& readiness, Clock::time_point now);
 
   /// The path of the present trajectory; empty: none.
   [[nodiscard]] std::optional<OrderedPath> path() const;
@@ -62,21 +68,21 @@ class TrajectoryServer {
   /// False: the trajectory cannot go on.
   [[nodiscard]] bool restore(const SavedTrajectory& active, Clock::time_point now);
   void save();
-  void take_goals(const ArmSnapshot& arm, Clock::time_point now);
+  void take_goals(const ArmSnapshot& arm, const ArmReadiness& readiness, Clock::time_point now);
   /// Carries out what has arrived but for requests that name an unknown goal, which it returns.
   [[nodiscard]] std::vector<CancelRequest> take_cancellations(Clock::time_point now);
   void carry_out(const CancelRequest& request, Clock::time_point now);
   void take_result_requests(Clock::time_point now);
-  void accept(const SendGoalRequest& request, const ArmSnapshot& arm, Clock::time_point now);
+  void accept(const SendGoalRequest& request, const ArmSnapshot& arm, const ArmReadiness& readiness,
+              Clock::time_point now);
   /// Earlier goals that the planner may still go on with when a later one comes: the active one, and before it accepts
   /// that, those which it replaces.
   [[nodiscard]] std::vector<Goal> replaceable() const;
-  void follow(const ArmSnapshot& arm, Clock::time_point now);
-  void await_cancellation(Clock::time_point now);
+  void follow(const ArmSnapshot& arm, bool planner_heard, Clock::time_point now);
+  void await_cancellation(bool planner_heard, Clock::time_point now);
   /// Cancels the active goal, and those that it replaces, at the planner.
   void cancel_active(Clock::time_point now);
   void cancel(const Goal& goal, Clock::time_point now);
-  [[nodiscard]] bool is_lost_since_restart(const std::optional<Progress>& progress, Clock::time_point now) const;
   /// Ends the active goal, saves and publishes that.
   void finish(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);
   void end_active(std::int8_t status, TrajectoryCode code, const std::string& text, Clock::time_point now);

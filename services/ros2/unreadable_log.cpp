@@ -7,6 +7,7 @@
 namespace hecaton::ros2 {
 
 bool UnreadableLog::note(bus::Clock::time_point now) {
+  ++count_;
   ++ignored_;
   if (told_ && now - *told_ < std::chrono::minutes(1)) return false;
   told_ = now;
@@ -15,8 +16,8 @@ bool UnreadableLog::note(bus::Clock::time_point now) {
                          {"type", type_},
                          {"count", ignored_},
                          {"what_to_do",
-                          "let the sender use the fields of this type as docs/reference/ros2.md names them, and for "
-                          "services RMW_IMPLEMENTATION=rmw_fastrtps_cpp"}});
+                          "let the sender use this type as its ROS 2 package defines it, and for services "
+                          "RMW_IMPLEMENTATION=rmw_fastrtps_cpp"}});
   ignored_ = 0;
   return true;
 }

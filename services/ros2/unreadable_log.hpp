@@ -1,6 +1,7 @@
 #pragma once
 /// Tells of messages that cannot be read.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,12 +18,15 @@ class UnreadableLog {
 
   /// A message was ignored. Logs it, but at most once a minute. True: it has logged.
   bool note(bus::Clock::time_point now);
+  /// Messages that were ignored since the start.
+  [[nodiscard]] std::uint64_t count() const { return count_; }
 
  private:
   std::string name_;
   std::string type_;
   std::optional<bus::Clock::time_point> told_;
-  int ignored_ = 0;  ///< since then
+  std::uint64_t ignored_ = 0;  ///< since then
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace hecaton::ros2

@@ -7,6 +7,7 @@
 #include "planner/model/outside_joints.hpp"
 #include "services/messages/convert.hpp"
 #include "services/ros2_messages/time.hpp"
+#include "services/runtime/state_age.hpp"
 
 namespace hecaton::ros2 {
 namespace {
@@ -38,6 +39,17 @@ void place_outside(const planner::RobotModel& model, const std::vector<double>& 
 
 }  // namespace
 
+/// When the state was true, on the clock of `received`. A driver whose device measures no longer repeats its last
+/// state. A state without a stamp counts from its arrival.
+CellView::Clock::time_point CellView::measured_at(const bus::Sample<msg::ArmState>& sample, Known& known) {
+  const auto& last = known.state;
+  const bool goes_on =
+      last && last->writer == sample.writer && last->value.sequence_number() <= sample.value.sequence_number();
+  if (!goes_on) known.clock = services::SenderClock();
+  if (sample.value.stamp_ns() == 0) return sample.received;
+  return services::measured_at(sample.value, sample.received, known.clock);
+}
+
 CellView::CellView(const planner::Cell& cell, CellEpoch epoch) : epoch_(epoch) {
   for (const planner::PlannedArm& planned : cell.arms) {
     index_.emplace(planned.arm.name, arms_.size());
@@ -51,6 +63,7 @@ void CellView::apply(bus::Sample<msg::ArmState> sample) {
   Known& known = arms_[found->second];
   const auto q = messages::joints_from_message(sample.value.q(), "ArmState", known.arm->model->joints());
   known.placed = static_cast<bool>(q);
+  sample.received = measured_at(sample, known);
   if (q) {
     planner::forward_kinematics(*known.arm->model, known.arm->X_WB, *q, known.kinematics);
     place_outside(*known.arm->model, sample.value.outside(), known.kinematics);

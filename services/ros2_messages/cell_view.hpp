@@ -18,6 +18,7 @@
 #include "planner/model/kinematics.hpp"
 #include "services/bus/endpoint.hpp"
 #include "services/ros2_messages/ros2_types.hpp"
+#include "services/runtime/sender_clock.hpp"
 #include "world/model/scene.hpp"
 
 namespace hecaton::ros2 {
@@ -31,7 +32,7 @@ enum class CellEpoch : std::uint8_t {
 /// The newest of one arm.
 struct ArmSnapshot {
   const planner::Arm* arm = nullptr;
-  const bus::Sample<msg::ArmState>* state = nullptr;  ///< null: none received
+  const bus::Sample<msg::ArmState>* state = nullptr;  ///< null: none received; `received`: when it was measured
   const msg::GoalStatus* goal = nullptr;              ///< of the newest goal; null: none
   const msg::PlannedMotion* motion = nullptr;         ///< null: none received
   const planner::Kinematics* kinematics = nullptr;    ///< at the measured position; null: not known
@@ -81,7 +82,9 @@ class CellView {
     std::optional<msg::PlannedMotion> motion;
     planner::Kinematics kinematics;
     bool placed = false;
+    services::SenderClock clock;  ///< of the driver
   };
+  [[nodiscard]] static Clock::time_point measured_at(const bus::Sample<msg::ArmState>& sample, Known& known);
 
   CellEpoch epoch_;
   std::vector<Known> arms_;

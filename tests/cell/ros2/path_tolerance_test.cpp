@@ -1,5 +1,7 @@
 /// Trajectories with and without path tolerances, and something that comes into their way while an arm follows them.
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <future>
@@ -277,8 +279,16 @@ int number_of_seeds() {
   return wanted == nullptr ? 1 : std::atoi(wanted);
 }
 
-// All three go to the centre of the zone that they share, where one has room, then back and to its edge, each bound to
-// its path. One that has arrived gives way to the next.
+/// What kept the arm until the end of its time: a pair of bodies near each other, or the arm that goes first. On a
+/// machine that stands still for seconds, it may be a silent driver.
+bool names_a_cause(const std::string& why) {
+  constexpr std::array kCauses{" m from ", " has the right of way", " sends no states"};
+  return std::any_of(kCauses.begin(), kCauses.end(),
+                     [&](const char* cause) { return why.find(cause) != std::string::npos; });
+}
+
+// All three go to the centre of their common zone, where one has room, then back and to its edge. Each is bound to its
+// path. One that has arrived gives way to the next.
 TEST_F(StillRos2Cell, EndsConflictingTrajectoriesWithPathTolerancesAsDocumented) {
   const std::vector<double> centre{-0.22, -0.95, 3.0, 0.0, 0.7, 0.0};
   const std::vector<double> edge{-0.3, -1.25, 3.5, 0.0, 0.89, 0.0};
@@ -327,7 +337,7 @@ TEST_F(StillRos2Cell, EndsConflictingTrajectoriesWithPathTolerancesAsDocumented)
         if (code != 0) std::cout << "seed " << seed << ", " << arms[i] << ": " << code << ' ' << why << '\n';
         EXPECT_TRUE(code == 0 || code == -4 || code == -5) << arms[i] << ": " << code << ' ' << why;
         EXPECT_EQ(result.status(), code == 0 ? kSucceeded : kAborted) << arms[i] << ": " << why;
-        EXPECT_TRUE(code != -5 || why.find(" m from ") != std::string::npos) << "the pair: " << why;
+        EXPECT_TRUE(code != -5 || names_a_cause(why)) << why;
         if (code == -4) continue;
         EXPECT_LE(all[i]->largest_share(), 1.0)
             << "seed " << seed << ", " << arms[i] << " at " << all[i]->worst_at() << " of the way, code " << code;

@@ -143,11 +143,6 @@ TEST(Ros2PlanningScene, RefusesWhatACellCannotHave) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::pair<std::string, std::function<void(CollisionObject&)>>> cases{
       {"id", [](auto& o) { o.id.clear(); }},
-      {"also remove the obstacles of the cell file",
-       [](auto& o) {
-         o.id.clear();
-         o.operation = 1;
-       }},
       {"id", [](auto& o) { o.id = "a\x01"; }},
       {"frame_id", [](auto& o) { o.header.frame_id = "camera"; }},
       {"frame_id", [](auto& o) { o.header.frame_id = "forearm"; }},  // the cell's topic knows it as north_forearm
@@ -225,6 +220,29 @@ TEST(Ros2PlanningScene, AttachesToLinksThatMoveWithTheTool) {
   attached.object.operation = 0;
   attached.link_name = "north_forearm";
   EXPECT_EQ(edits_of(attached).refusals.size(), 1U) << "a joint is between it and the tool";
+}
+
+TEST(Ros2PlanningScene, RemovesAndDetachesAllWithoutAnId) {
+  auto edits = edits_of(object("", {}, 1)).edits;
+  ASSERT_EQ(edits.size(), 1U);
+  EXPECT_EQ(edits[0].kind, SceneEdit::Kind::kRemoveAll);
+  EXPECT_EQ(edits[0].source, "") << "of all topics";
+
+  ros2::AttachedCollisionObject attached;
+  attached.object.operation = 1;
+  edits = edits_of(attached).edits;
+  ASSERT_EQ(edits.size(), 1U);
+  EXPECT_EQ(edits[0].kind, SceneEdit::Kind::kDetachAll);
+  EXPECT_EQ(edits[0].arm, "") << "from any arm";
+  edits = ros2::of_topic(edits_of(attached), "south").edits;
+  EXPECT_EQ(edits[0].arm, "south") << "the move_group of south knows no other arm";
+  EXPECT_EQ(edits[0].source, "south");
+  attached.link_name = "north_tool0";
+  edits = ros2::of_topic(edits_of(attached), "south").edits;
+  ASSERT_EQ(edits.size(), 1U);
+  EXPECT_EQ(edits[0].arm, "north");
+  attached.link_name = "north_forearm";
+  EXPECT_EQ(edits_of(attached).refusals.size(), 1U);
 }
 
 TEST(Ros2PlanningScene, RefusesAPartFarFromTheTool) {

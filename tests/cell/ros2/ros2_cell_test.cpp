@@ -115,9 +115,15 @@ TEST_F(Ros2Cell, CarriesOutOrders) {
   EXPECT_EQ(cell.status(kLong).mode, CellMode::kRun);
   ASSERT_TRUE((response = stop_north.call({})));
   EXPECT_EQ(cell.status(kLong).stopped_arms, std::vector<std::string>{"north"});
+  ASSERT_TRUE((response = resume.call({})));
+  EXPECT_TRUE(response->success());
+  EXPECT_EQ(response->message(), "north stays stopped: it was stopped by name; resume it by name");
   ASSERT_TRUE(resume_north.wait_available());
   ASSERT_TRUE((response = resume_north.call({})));
   EXPECT_TRUE(response->success()) << response->message();
+  EXPECT_TRUE(cell.status(kLong).stopped_arms.empty());
+  ASSERT_TRUE((response = resume.call({})));
+  EXPECT_EQ(response->message(), "");
 }
 
 /// A diff with one object at a pose in a frame; `size` above zero: with a cube.
@@ -199,11 +205,23 @@ TEST_F(Ros2Cell, EditsObstaclesByPlanningScenes) {
   }
   markers.clear();
   EXPECT_TRUE(shown(1, 3.0, 0.4));
+  const auto box_removed = [&] {
+    return markers.next([](const auto& message) {
+      return std::any_of(message.markers().begin(), message.markers().end(),
+                         [](const auto& marker) { return marker.ns() == "box" && marker.action() == 2; });
+    });
+  };
   scenes.write(scene_with("box", kRemove, {}, 0.0));
-  EXPECT_TRUE(markers.next([](const auto& message) {
-    return std::any_of(message.markers().begin(), message.markers().end(),
-                       [](const auto& marker) { return marker.ns() == "box" && marker.action() == 2; });
-  }));
+  EXPECT_TRUE(box_removed());
+
+  // MoveIt's request to remove all objects spares those of other clients.
+  static_cast<void>(cell.world().add("probe", Sphere{0.05}, Pose{.position = {3.0, 3.0, 0.5}}, Static{}, kLong));
+  scenes.write(scene_with("box", kAdd, {3.0, 0.0, 0.5}, 0.2));
+  EXPECT_TRUE(shown(1, 3.0, 0.2));
+  markers.clear();
+  scenes.write(scene_with("", kRemove, {}, 0.0));
+  EXPECT_TRUE(box_removed());
+  EXPECT_NO_THROW(cell.world().remove("probe", kLong)) << "it is there";
 }
 
 TEST_F(Ros2Cell, AttachesObjectsOfThePlanningSceneOfAnArm) {
@@ -292,14 +310,20 @@ TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
   pose.pose().orientation().z(tool.rotation[3]);
   pose.header().frame_id("camera");
   const auto before = cell.arm("north").goal();
-  poses.write(pose);
-  EXPECT_TRUE(diagnostics.next([](const auto& message) {
-    return std::any_of(message.status().begin(), message.status().end(), [](const auto& entry) {
-      return entry.name() == "hecaton: goals" &&
-             entry.message() == "arm north: goal_pose: frame_id = 'camera' must be world";
+  const auto refused = [&](const std::string& reason) {
+    return diagnostics.next([&](const auto& message) {
+      return std::any_of(message.status().begin(), message.status().end(), [&](const auto& entry) {
+        return entry.name() == "hecaton: goals" && entry.message() == "arm north: goal_pose: " + reason;
+      });
     });
-  })) << "it is refused";
+  };
+  poses.write(pose);
+  EXPECT_TRUE(refused("frame_id = 'camera' must be world"));
   pose.header().frame_id("world");
+  pose.pose().position().x(1e9);
+  poses.write(pose);
+  EXPECT_TRUE(refused("pose.position.x = 1e+09 must be from -1e+06 to 1e+06"));
+  pose.pose().position().x(tool.position.x);
   poses.write(pose);
   EXPECT_TRUE(goals.next([](const auto& message) {
     return std::any_of(message.markers().begin(), message.markers().end(),
@@ -331,6 +355,12 @@ TEST_F(Ros2Cell, TakesJointPositionsAndPosesAsGoals) {
              return value.key() == "goal_state" && value.value() == "rejected";
            });
   })) << "its planner rejects what is out of reach";
+  EXPECT_TRUE(diagnostics.next([](const auto& message) {
+    return std::any_of(message.status().begin(), message.status().end(), [](const auto& entry) {
+      return entry.name() == "hecaton: goals" && entry.level() == 1 &&
+             entry.message().starts_with("arm north: the planner rejects the goal: ");
+    });
+  })) << "it was sent, but not applied";
 }
 
 TEST_F(Ros2Cell, ReportsAFaultAsAnErrorUntilItIsOver) {

@@ -12,6 +12,7 @@
 #include "planner/model/kinematics.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/ros2/cell_publisher.hpp"
+#include "services/ros2/goal_reports.hpp"
 #include "services/ros2/name_watch.hpp"
 #include "services/ros2/node_graph.hpp"
 #include "services/ros2/publisher.hpp"
@@ -277,6 +278,41 @@ TEST(Ros2Fingers, AreWhereTheyAreMeasured) {
   EXPECT_NE(urdf.find("<box size=\"0.02 0.01 0.08\"/>"), std::string::npos) << "the finger itself, not all its places";
 }
 
+TEST(Ros2States, AreNotSentOnceTheDriverRepeatsItsLastMeasurement) {
+  const config::CellFile file = three_puma();
+  ros2::CellView view(file.cell);
+  const planner::Arm& arm = file.cell.arms.front().arm;
+  bus::Sample<msg::ArmState> sample;
+  sample.value.arm(arm.name);
+  sample.value.q({arm.home().begin(), arm.home().end()});
+  sample.value.stamp_ns(1'000'000'000);
+  const auto begin = bus::Clock::now();
+  const auto hear = [&](std::chrono::milliseconds later) {
+    sample.value.sequence_number(sample.value.sequence_number() + 1);
+    sample.received = begin + later;
+    view.apply(sample);
+    return ros2::joint_states(view, sample.received);
+  };
+  EXPECT_FALSE(hear(0ms).name.empty());
+  const auto stamp = view.time_at(begin);
+  const ros2::JointState repeated = hear(20ms);
+  EXPECT_FALSE(repeated.name.empty());
+  const auto seconds = [](const ros2::Time& time) { return time.sec + 1e-9 * time.nanosec; };
+  EXPECT_NEAR(seconds(repeated.header.stamp), seconds(stamp), 5e-3) << "its stamp is of the measurement";
+  constexpr auto limit = 1000ms;
+  EXPECT_TRUE(hear(limit + 20ms).name.empty());
+  // A reader that begins later knows the age by the commands that the driver accepted since then.
+  ros2::CellView later(file.cell);
+  sample.value.mode(msg::ArmMode::ARM_FAILED);
+  sample.value.command_age(-60.0);
+  later.apply(sample);
+  EXPECT_TRUE(ros2::joint_states(later, sample.received).name.empty());
+  // It measures again.
+  sample.value.mode(msg::ArmMode::ARM_STOPPED);
+  sample.value.stamp_ns(1'000'000'000 + std::chrono::nanoseconds(limit + 40ms).count());
+  EXPECT_FALSE(hear(limit + 40ms).name.empty());
+}
+
 TEST(Ros2Markers, DeleteWhatANewReaderMayShowOfAnEarlierProcess) {
   ros2::MarkerLayer layer;
   const auto begins_anew = [&] {
@@ -292,19 +328,56 @@ TEST(Ros2Markers, DeleteWhatANewReaderMayShowOfAnEarlierProcess) {
   EXPECT_FALSE(begins_anew());
 }
 
-TEST(Ros2Diagnostics, ReportMissingObstaclesAsErrors) {
-  ros2::OrderReport report{.name = "planning scene", .applied = 3, .refused = 1};
+TEST(Ros2Diagnostics, WarnOfTheNewestRefusal) {
+  ros2::OrderReport report{.name = "planning scene", .applied = 3, .refused = 1, .unreadable = 7};
   EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kOk);
   report.refusal = "object 'crate': it is a cone";
-  EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kWarn);
-  report.missing = "the cell lacks 'crate'";
-  auto entry = ros2::diagnostic(report, "cell");
-  EXPECT_EQ(entry.level, ros2::level::kError);
-  EXPECT_EQ(entry.message, "the cell lacks 'crate'");
-  ASSERT_EQ(entry.values.size(), 2U);
+  const auto entry = ros2::diagnostic(report, "cell");
+  EXPECT_EQ(entry.level, ros2::level::kWarn);
+  EXPECT_EQ(entry.message, "object 'crate': it is a cone");
+  ASSERT_EQ(entry.values.size(), 3U);
   EXPECT_EQ(entry.values[0].value, "3");
-  report.refusal.reset();  // a later scene was applied
-  EXPECT_EQ(ros2::diagnostic(report, "cell").level, ros2::level::kError);
+  EXPECT_EQ(entry.values[2].key, "unreadable");
+  EXPECT_EQ(entry.values[2].value, "7");
+}
+
+TEST(Ros2GoalReports, CountGoalsByTheFirstAnswerOfThePlanner) {
+  ros2::GoalReports goals;
+  const auto now = bus::Clock::now();
+  std::optional<Progress> answer;
+  const auto report = [&] { return answer; };
+  goals.add(report, now);
+  goals.update(now);
+  EXPECT_EQ(goals.accepted() + goals.refused(), 0U) << "no planner has answered";
+  answer.emplace();
+  answer->state = GoalState::kRejected;
+  answer->cause.text = "joint2 = 9 must be within [-2, 2]";
+  goals.update(now);
+  EXPECT_EQ(goals.refused(), 1U);
+  EXPECT_EQ(goals.refusal(), "the planner rejects the goal: joint2 = 9 must be within [-2, 2]");
+  goals.update(now);
+  EXPECT_EQ(goals.refused(), 1U) << "once";
+  answer->state = GoalState::kActive;
+  goals.add(report, now);
+  goals.update(now);
+  EXPECT_EQ(goals.accepted(), 1U);
+  EXPECT_FALSE(goals.refusal());
+  goals.add(report, now);
+  goals.refuse("goal_pose: frame_id = 'camera' must be world");
+  goals.update(now);
+  EXPECT_TRUE(goals.refusal()) << "it is newer than the accepted goal";
+  goals.add(report, now);
+  goals.update(now);
+  EXPECT_FALSE(goals.refusal());
+  answer.reset();
+  goals.add(report, now);
+  goals.update(now + 10s);
+  EXPECT_FALSE(goals.refusal());
+  goals.update(now + 11s);
+  ASSERT_TRUE(goals.refusal());
+  EXPECT_TRUE(goals.refusal()->starts_with("no planner has answered the goal for 10 s")) << *goals.refusal();
+  for (std::size_t i = 0; i < 10 * ros2::GoalReports::kMost; ++i) goals.add(report, now);
+  EXPECT_EQ(goals.refused(), 3U + 9 * ros2::GoalReports::kMost) << "a bounded number waits";
 }
 
 TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
@@ -314,6 +387,7 @@ TEST(Ros2UnreadableLog, TellsOfAnEndpointOnceAMinute) {
   EXPECT_FALSE(log.note(now + 59s));
   EXPECT_TRUE(log.note(now + 60s));
   EXPECT_FALSE(log.note(now + 119s));
+  EXPECT_EQ(log.count(), 4U);
 }
 
 /// The topic ros_discovery_info.

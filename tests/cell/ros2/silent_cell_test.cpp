@@ -2,56 +2,20 @@
 
 #include <atomic>
 #include <deque>
-#include <functional>
 #include <future>
-#include <map>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #include "planner/model/kinematics.hpp"
-#include "services/client/connection.hpp"
 #include "services/ros2/action_checkpoint.hpp"
 #include "services/ros2/control.hpp"
-#include "services/ros2/scene_editor.hpp"
+#include "services/ros2/planner_watch.hpp"
 #include "services/runtime/cause.hpp"
-#include "services/runtime/process_info.hpp"
-#include "tests/cell/ros2/ros2_cell.hpp"
+#include "tests/cell/ros2/silent_cell.hpp"
 
 namespace hecaton::test {
 namespace {
 
 using Trigger = PeerClient<std_srvs::srv::Trigger_RequestPubSubType, std_srvs::srv::Trigger_ResponsePubSubType>;
-
-config::CellFile three_puma_with_ros2() {
-  config::CellFile file = config::load_cell_file(std::string(HECATON_LIVE_CELLS) + "/three_puma.yaml");
-  file.ros2.emplace().ns = "/cell";
-  return file;
-}
-
-class SilentCell : public testing::Test {
- protected:
-  /// Calls `update` in a thread until the end of the test, with a time that is `ahead_` of the clock.
-  void serve(const std::function<void(bus::Clock::time_point)>& update) {
-    loop_ = std::jthread([this, update](const std::stop_token& stop) {
-      while (!stop.stop_requested()) {
-        static_cast<void>(mailbox_.wait(5ms));
-        update(bus::Clock::now() + ahead_.load());
-      }
-    });
-  }
-
-  FreeDomain cell_domain_;
-  FreeDomain ros_domain_;
-  config::CellFile file_ = three_puma_with_ros2();
-  bus::Mailbox mailbox_;
-  bus::Participant participant_{ros_domain_.number(), "/", bus::ros2::participant_options()};
-  std::shared_ptr<client::Connection> connection_ =
-      client::Connection::make(client::join(file_, cell_domain_.number()));
-  RosPeer peer_{ros_domain_.number()};
-  std::atomic<std::chrono::seconds> ahead_{0s};
-  std::jthread loop_;
-};
 
 class SilentPlanner : public SilentCell {
  protected:
@@ -77,7 +41,9 @@ class SilentPlanner : public SilentCell {
         snapshot.state = &state_;
         snapshot.kinematics = &kinematics_;
       }
-      server_->update(snapshot, now);
+      ros2::ArmReadiness readiness{.planner_heard = planner_heard_};
+      if (latched_) readiness.latched_by = "the arm is stopped: stop by operator";
+      server_->update(snapshot, readiness, now);
     });
   }
   /// Requests wait until run().
@@ -117,7 +83,9 @@ class SilentPlanner : public SilentCell {
   const planner::Arm& arm_ = file_.cell.arms[0].arm;
   bus::Sample<msg::ArmState> state_;
   planner::Kinematics kinematics_;
-  std::atomic<bool> has_state_{true};  ///< of the driver
+  std::atomic<bool> has_state_{true};      ///< of the driver
+  std::atomic<bool> planner_heard_{true};  ///< it runs, but does not answer
+  std::atomic<bool> latched_{false};       ///< the arm was stopped
   TemporaryFolder run_;
   std::string checkpoint_ = run_.path("ros2-north");
   std::optional<ros2::TrajectoryServer> server_;
@@ -154,6 +122,82 @@ TEST_F(SilentPlanner, EndsATrajectoryAfterARestartWithoutAStateOfTheArm) {
   EXPECT_EQ(result->status(), kAborted);
   EXPECT_NE(result->result().error_string().find("no planner knows the goal"), std::string::npos)
       << result->result().error_string();
+}
+
+TEST_F(SilentPlanner, KeepsATrajectoryWhileNoPlannerIsHeard) {
+  planner_heard_ = false;
+  ASSERT_TRUE(client_.wait_available());
+  const auto id = send_trajectory();
+  ASSERT_TRUE(id);
+  end();
+  start();
+  ahead_ = 12s;
+  EXPECT_FALSE(client_.await_result(client_.ask_result(*id), 2s)) << "a planner may start yet";
+  ahead_ = 60s;
+  const auto result = result_of(*id);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_NE(result->result().error_string().find("no planner of the arm was heard for 30 s"), std::string::npos)
+      << result->result().error_string();
+}
+
+TEST_F(SilentPlanner, RefusesATrajectoryForAStoppedArmAndKeepsTheOneBefore) {
+  ASSERT_TRUE(client_.wait_available());
+  const auto before = send_trajectory();
+  ASSERT_TRUE(before && wait_for_statuses({ros2::ActionGoals::kExecuting}));
+  latched_ = true;
+  const auto late = send_trajectory();
+  ASSERT_TRUE(late);
+  const auto result = result_of(*late);
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status(), kAborted);
+  EXPECT_EQ(result->result().error_code(), -1);
+  EXPECT_EQ(result->result().error_string(),
+            "the arm is stopped: stop by operator; resume it, then send the trajectory again");
+  EXPECT_TRUE(wait_for_statuses({ros2::ActionGoals::kExecuting, kAborted})) << "a stop keeps what was under way";
+}
+
+TEST(Ros2Control, FindsTheArmsThatStandUntilAPersonResumesThem) {
+  services::CellModeView modes;
+  EXPECT_FALSE(ros2::latched_by(modes, "north")) << "the mode is not known";
+  msg::CellMode mode;
+  mode.term(1);
+  const auto order_north = [&](msg::Mode what, msg::CauseKind kind, const std::string& text) {
+    msg::ArmOrder order;
+    order.arm("north");
+    order.mode(what);
+    order.ordered(what);
+    order.cause(services::make_cause(kind, "north", text));
+    mode.arms({order});
+    mode.sequence_number(mode.sequence_number() + 1);
+    ASSERT_TRUE(modes.apply(mode));
+  };
+  order_north(msg::Mode::MODE_HOLD, msg::CauseKind::CAUSE_HOLD_ORDERED, "hold by operator");
+  EXPECT_FALSE(ros2::latched_by(modes, "north")) << "a hold is a pause";
+  order_north(msg::Mode::MODE_STOP, msg::CauseKind::CAUSE_STOP_ORDERED, "stop by operator");
+  EXPECT_EQ(ros2::latched_by(modes, "north"), "the arm is stopped: stop by operator");
+  EXPECT_FALSE(ros2::latched_by(modes, "west"));
+  order_north(msg::Mode::MODE_HOLD, msg::CauseKind::CAUSE_HELD_BY_FAULT, "hold until resumed: protective stop");
+  EXPECT_EQ(ros2::latched_by(modes, "north"), "the arm is on hold until resumed: protective stop");
+}
+
+TEST(Ros2PlannerWatch, KnowsThePlannersOfAnArmUntilDiscoveryLosesThem) {
+  ros2::PlannerWatch planners;
+  const auto note = [&](bus::EventKind kind, const std::string& name, std::uint8_t participant) {
+    bus::EndpointId peer;
+    peer.bytes[0] = participant;
+    planners.note({kind, {}, name, peer, {}});
+  };
+  note(bus::EventKind::kParticipantFound, "driver/north", 1);
+  EXPECT_FALSE(planners.knows("north"));
+  note(bus::EventKind::kParticipantFound, "planner/north", 2);
+  note(bus::EventKind::kParticipantFound, "planner/north@beta", 3);
+  EXPECT_TRUE(planners.knows("north"));
+  EXPECT_FALSE(planners.knows("west"));
+  note(bus::EventKind::kParticipantLost, "planner/north", 2);
+  EXPECT_TRUE(planners.knows("north")) << "its standby is there";
+  note(bus::EventKind::kParticipantLost, "planner/north@beta", 3);
+  EXPECT_FALSE(planners.knows("north"));
 }
 
 /// What the planner of an arm receives. For one thread.
@@ -327,245 +371,6 @@ TEST_F(SilentPlanner, AnswersCancellationsAsOtherActionServers) {
   EXPECT_EQ(answer->return_code(), 0);
   ASSERT_EQ(answer->goals_canceling().size(), 1U);
   EXPECT_EQ(answer->goals_canceling()[0].goal_id().uuid(), *id);
-}
-
-TEST_F(SilentCell, KeepsABoundedNumberOfObjectsAndShapesThatWait) {
-  ros2::SceneWorker worker(connection_);
-  const auto scene_of = [](std::size_t shapes) {
-    ros2::SceneEdits scene;
-    ros2::SceneEdit& edit = scene.edits.emplace_back();
-    edit.obstacle.name = "crate";
-    edit.obstacle.shapes.resize(shapes, {world::Sphere{0.1}, world::Pose::Identity()});
-    return scene;
-  };
-  worker.add(scene_of(ros2::SceneWorker::kMostWaiting));
-  auto report = worker.report();
-  EXPECT_EQ(report.refused, 1U);
-  ASSERT_TRUE(report.refusal);
-  EXPECT_NE(report.refusal->find("8194 objects and shapes are dropped: 0 wait already, and at most 8192 may"),
-            std::string::npos)
-      << *report.refusal;
-  ros2::SceneEdits refusals;
-  refusals.refusals.resize(ros2::SceneWorker::kMostWaiting, {"crate", "its shape is a cone"});
-  worker.add(refusals);
-  EXPECT_EQ(worker.report().refused, 2U) << "those of refused objects take memory, too";
-}
-
-/// A world service that obeys a test.
-class ObedientWorld {
- public:
-  using Judge = std::function<bool(const msg::Obstacle&)>;
-
-  ObedientWorld(const config::CellFile& file, int domain) : participant_(domain, "world", in_partition(file)) {}
-
-  /// `accepts`: whether an obstacle may be added.
-  void judge_by(Judge accepts) {
-    const std::scoped_lock lock(mutex_);
-    accepts_ = std::move(accepts);
-  }
-  /// Answers nothing from the next removal on, as a process that is killed then.
-  void fall_silent_after_a_removal() {
-    const std::scoped_lock lock(mutex_);
-    last_ = true;
-  }
-  void answer_again() {
-    const std::scoped_lock lock(mutex_);
-    last_ = silent_ = false;
-  }
-  [[nodiscard]] std::optional<msg::Obstacle> find(const std::string& name) const {
-    const std::scoped_lock lock(mutex_);
-    const auto found = obstacles_.find(name);
-    return found == obstacles_.end() ? std::nullopt : std::optional(found->second);
-  }
-  /// Of the sphere of that name [m]; 0: there is none.
-  [[nodiscard]] double radius(const std::string& name) const {
-    const auto obstacle = find(name);
-    return obstacle ? obstacle->shapes().at(0).dimensions().x() : 0.0;
-  }
-
- private:
-  static bus::ParticipantOptions in_partition(const config::CellFile& file) {
-    bus::ParticipantOptions options;
-    options.partition = file.cell.name;
-    return options;
-  }
-  void run(const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      static_cast<void>(mailbox_.wait(20ms));
-      static_cast<void>(mailbox_.take_events());
-      const std::scoped_lock lock(mutex_);
-      for (const auto& sample : requests_.take()) {
-        if (!silent_ && !sample.disposed) edit(sample.value);
-      }
-      publish_states();
-    }
-  }
-  void edit(const msg::WorldEditRequest& request) {
-    if (!taken_.insert({request.client(), request.request_id()}).second) return;
-    msg::WorldEditReply reply;
-    reply.client(request.client());
-    reply.request_id(request.request_id());
-    reply.done(true);
-    const bool adds = request.kind() == msg::EditKind::EDIT_ADD;
-    const std::string& name = adds ? request.obstacle().name() : request.name();
-    const auto refuse = [&](msg::CauseKind kind) {
-      reply.done(false);
-      reply.cause(services::make_cause(kind, name, "refused by the test"));
-    };
-    const bool known = obstacles_.contains(name);
-    if (adds && known) {
-      refuse(msg::CauseKind::CAUSE_NAME_TAKEN);
-    } else if (adds && !accepts_(request.obstacle())) {
-      refuse(msg::CauseKind::CAUSE_NOT_ALLOWED_NOW);
-    } else if (adds) {
-      obstacles_[name] = request.obstacle();
-    } else if (!known) {
-      refuse(msg::CauseKind::CAUSE_UNKNOWN_NAME);
-    } else if (request.kind() == msg::EditKind::EDIT_MOVE) {
-      obstacles_[name].X_WO(request.X_WO());
-    } else {
-      obstacles_.erase(name);
-      silent_ = last_;
-    }
-    if (reply.done()) publish_shapes(name);
-    reply.edition(edition_);
-    static_cast<void>(replies_.write(reply));
-  }
-  void publish_shapes(const std::string& name) {
-    msg::ObstacleShapes message;
-    message.name(name);
-    message.term(1);
-    message.edition(++edition_);
-    message.stamp_ns(services::stamp_now());
-    const auto found = obstacles_.find(name);
-    if (found == obstacles_.end()) {
-      static_cast<void>(shapes_.retire(message));
-      return;
-    }
-    message.obstacle(found->second);
-    static_cast<void>(shapes_.write(message));
-  }
-  void publish_states() {
-    msg::ObstacleStates message;
-    message.term(1);
-    message.edition(edition_);
-    message.sequence_number(++sequence_);
-    message.stamp_ns(services::stamp_now());
-    for (const auto& [name, obstacle] : obstacles_) {
-      msg::ObstacleState& state = message.states().emplace_back();
-      state.name(name);
-      state.X_WO(obstacle.X_WO());
-    }
-    static_cast<void>(states_.write(message));
-  }
-
-  bus::Participant participant_;
-  bus::Mailbox mailbox_;
-  bus::Reader<msg::WorldEditRequest> requests_{participant_, &mailbox_};
-  bus::Writer<msg::WorldEditReply> replies_{participant_};
-  bus::Writer<msg::ObstacleShapes> shapes_{participant_};
-  bus::Writer<msg::ObstacleStates> states_{participant_};
-  mutable std::mutex mutex_;  ///< guards what follows
-  Judge accepts_ = [](const msg::Obstacle&) { return true; };
-  bool last_ = false;
-  bool silent_ = false;
-  std::map<std::string, msg::Obstacle> obstacles_;
-  std::set<std::pair<std::string, std::uint64_t>> taken_;
-  std::uint64_t edition_ = 0;
-  std::uint64_t sequence_ = 0;
-  std::jthread thread_{[this](const std::stop_token& stop) { run(stop); }};
-};
-
-/// Edits of the obstacle `crate`, a sphere.
-class EditedCrate : public SilentCell {
- protected:
-  void SetUp() override {
-    add(0.1);
-    ASSERT_TRUE(eventually([&] { return world_.radius("crate") == 0.1 && worker_.report().applied == 1; }))
-        << worker_.report().refusal.value_or("no answer");
-  }
-  static ros2::SceneEdit edit_of(ros2::SceneEdit::Kind kind, const std::string& name) {
-    ros2::SceneEdit edit{kind, {}};
-    edit.obstacle.name = name;
-    edit.obstacle.X_WO.translation().x() = 1.0;
-    return edit;
-  }
-  void order(const ros2::SceneEdit& edit) { worker_.add({{edit}, {}}); }
-  void add(double radius, const std::string& name = "crate") {
-    ros2::SceneEdit edit = edit_of(ros2::SceneEdit::Kind::kAdd, name);
-    edit.obstacle.shapes = {{world::Sphere{radius}, world::Pose::Identity()}};
-    order(edit);
-  }
-  [[nodiscard]] bool eventually(const std::function<bool()>& condition) const {
-    return connection_->wait_until(condition, kLong);
-  }
-  [[nodiscard]] bool waits_for_missing() const {
-    return eventually([&] { return worker_.report().missing.has_value(); });
-  }
-  [[nodiscard]] bool waits_for_none_missing() const {
-    return eventually([&] { return !worker_.report().missing; });
-  }
-  /// The world service ends while a larger sphere replaces the crate.
-  void lose_crate(double radius) {
-    world_.fall_silent_after_a_removal();
-    add(radius);
-    ASSERT_TRUE(waits_for_missing());
-    ASSERT_FALSE(world_.find("crate"));
-  }
-
-  ObedientWorld world_{file_, cell_domain_.number()};
-  ros2::SceneWorker worker_{connection_};
-};
-
-TEST_F(EditedCrate, IsAddedAgainWhenTheWorldAnswers) {
-  lose_crate(0.2);
-  const auto report = worker_.report();
-  EXPECT_NE(report.missing->find("the cell lacks 'crate', from which arms keep no distance"), std::string::npos)
-      << *report.missing;
-  EXPECT_EQ(report.refused, 1U);
-  world_.answer_again();
-  EXPECT_TRUE(eventually([&] { return world_.radius("crate") == 0.2; })) << "without another scene";
-  EXPECT_TRUE(waits_for_none_missing());
-}
-
-TEST_F(EditedCrate, IsRestoredOnceTheWorldAcceptsOneOfItsForms) {
-  const auto radius_of = [](const msg::Obstacle& obstacle) { return obstacle.shapes().at(0).dimensions().x(); };
-  world_.judge_by([](const msg::Obstacle&) { return false; });
-  add(0.2);
-  ASSERT_TRUE(waits_for_missing());
-  EXPECT_NE(worker_.report().missing->find("refused by the test"), std::string::npos) << *worker_.report().missing;
-  world_.judge_by([radius_of](const msg::Obstacle& obstacle) { return radius_of(obstacle) < 0.15; });
-  EXPECT_TRUE(waits_for_none_missing());
-  EXPECT_EQ(world_.radius("crate"), 0.1) << "as it was";
-}
-
-TEST_F(EditedCrate, IsAddedWhereALaterEditPutsIt) {
-  lose_crate(0.2);
-  ros2::SceneEdit move = edit_of(ros2::SceneEdit::Kind::kMove, "crate");
-  move.obstacle.X_WO.translation().x() = 2.0;
-  order(move);
-  ASSERT_TRUE(eventually([&] { return worker_.report().refused == 2; })) << "the world does not answer";
-  world_.answer_again();
-  ASSERT_TRUE(waits_for_none_missing());
-  ASSERT_TRUE(world_.find("crate"));
-  EXPECT_EQ(world_.find("crate")->X_WO().position().x(), 2.0);
-
-  lose_crate(0.3);
-  add(0.4);
-  ASSERT_TRUE(eventually([&] { return worker_.report().refused == 4; }));
-  world_.answer_again();
-  EXPECT_TRUE(waits_for_none_missing());
-  EXPECT_EQ(world_.radius("crate"), 0.4) << "the newest one";
-}
-
-TEST_F(EditedCrate, IsNotAddedAgainAfterItsRemoval) {
-  lose_crate(0.2);
-  order(edit_of(ros2::SceneEdit::Kind::kRemove, "crate"));
-  ASSERT_TRUE(waits_for_none_missing());
-  world_.answer_again();
-  add(0.1, "box");
-  EXPECT_TRUE(eventually([&] { return world_.radius("box") == 0.1; }));
-  EXPECT_FALSE(world_.find("crate"));
 }
 
 TEST_F(SilentCell, StopsWithoutWaitingForOtherOrders) {

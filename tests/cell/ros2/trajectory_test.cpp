@@ -14,7 +14,9 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <idl/goal.h>
 
+#include "services/bus/endpoint.hpp"
 #include "services/ros2/action_checkpoint.hpp"
 #include "services/ros2/trajectory_server.hpp"
 #include "tests/cell/ros2/three_puma.hpp"
@@ -87,6 +89,11 @@ TEST(Ros2Trajectory, IsRefusedWithTheCodeOfItsError) {
   goal.path_tolerance.push_back({"no_joint", 0.1, 0.0, 0.0});
   EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidJoints);
   EXPECT_EQ(code_of(good, 5.0), TrajectoryCode::kOldStamp);
+  EXPECT_EQ(code_of(good, -0.05), TrajectoryCode::kSuccessful) << "the clocks of two hosts may differ";
+  EXPECT_EQ(code_of(good, -0.5), TrajectoryCode::kInvalidGoal) << "it would begin before its time";
+  goal = good;
+  goal.multi_dof_trajectory.joint_names = {"base"};
+  EXPECT_EQ(code_of(goal), TrajectoryCode::kInvalidGoal) << "without points, too";
   EXPECT_EQ(code_of(ros2::TrajectoryGoal{}), TrajectoryCode::kInvalidJoints);
 }
 
@@ -112,6 +119,46 @@ planner::Arm turning_arm() {
   arm.limits.lower[0] = -std::numeric_limits<double>::infinity();
   arm.limits.upper[0] = std::numeric_limits<double>::infinity();
   return arm;
+}
+
+TEST(Ros2Trajectory, IsRefusedByTheNameOfTheFieldThatNoMessageToAPlannerMayHave) {
+  const auto text_of = [](const ros2::TrajectoryGoal& goal) {
+    const auto checked = ros2::check_trajectory(goal, turning_arm(), northern_arm().home(), 0.0);
+    const auto* refusal = std::get_if<ros2::TrajectoryRefusal>(&checked);
+    return refusal == nullptr ? "accepted" : refusal->text;
+  };
+  const auto good = ramp(northern_arm().home(), 0.4, 2.0);
+  auto goal = good;
+  for (auto& point : goal.trajectory.points) point.positions[0] = 1e7;
+  EXPECT_EQ(text_of(goal), "trajectory.points[0].positions[0] = 1e+07 must be from -1e+06 to 1e+06");
+  goal = good;
+  goal.trajectory.points[1].velocities[2] = 2e4;
+  EXPECT_EQ(text_of(goal), "trajectory.points[1].velocities[2] = 2e+04 must be from -1e+04 to 1e+04");
+  goal = good;
+  goal.trajectory.points[2].accelerations.assign(6, 0.0);
+  goal.trajectory.points[2].accelerations[5] = -std::numeric_limits<double>::infinity();
+  EXPECT_EQ(text_of(goal), "trajectory.points[2].accelerations[5] = -inf must be from -1e+06 to 1e+06");
+  goal = good;
+  goal.path_tolerance.push_back({"joint2", 1e9, 0.0, 0.0});
+  const auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
+  ASSERT_TRUE(std::holds_alternative<ros2::TrajectoryOrder>(checked));
+  EXPECT_FALSE(std::get<ros2::TrajectoryOrder>(checked).trajectory.has_path_tolerance()) << "it is none";
+
+  // The limits are those of the message to the planner.
+  msg::Goal message;
+  const auto carried = [&](auto&& values, double largest) {
+    values.assign(1, largest);
+    const bool fits = !bus::Writer<msg::Goal>::refusal_of(message);
+    values.assign(1, std::nextafter(largest, 2.0 * largest));
+    const bool exceeds = bus::Writer<msg::Goal>::refusal_of(message).has_value();
+    values.clear();
+    return fits && exceeds;
+  };
+  EXPECT_TRUE(carried(message.q(), ros2::kLargestPosition));
+  EXPECT_TRUE(carried(message.trajectory().q(), ros2::kLargestPosition));
+  EXPECT_TRUE(carried(message.trajectory().qd(), ros2::kLargestVelocity));
+  EXPECT_TRUE(carried(message.trajectory().qdd(), ros2::kLargestAcceleration));
+  EXPECT_TRUE(carried(message.trajectory().path_tolerance(), ros2::kLargestPosition));
 }
 
 TEST(Ros2Trajectory, BeginsAtAnArmWhoseJointHasTurnedRound) {
@@ -238,6 +285,71 @@ TEST(Ros2Trajectory, EndsWhenItsPlannerFallsSilent) {
   ASSERT_TRUE(end);
   EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
   EXPECT_NE(end->text.find("no planner of the arm has answered the trajectory for 10 s"), std::string::npos);
+}
+
+TEST(Ros2Trajectory, WaitsLongerForAPlannerThatIsNotHeard) {
+  using Report = TrajectoryFollower::GoalReport;
+  for (const Report report : {Report::kUnanswered, Report::kUnreported, Report::kUnderWay}) {
+    TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+    TrajectoryFollower::Input input = under_way(0.0, 0.0);
+    input.dt = 0.5;
+    input.report = report;
+    input.heard = false;
+    for (int i = 0; i < 60; ++i) EXPECT_FALSE(follower.update(input)) << i;
+    TrajectoryFollower started = follower;
+    const auto end = follower.update(input);
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+    EXPECT_TRUE(end->text.starts_with("no planner of the arm was heard for 30 s")) << end->text;
+
+    input.heard = true;  // the agent has started a planner, which answers 4 s later
+    for (int i = 0; i < 8; ++i) EXPECT_FALSE(started.update(input)) << i;
+    input.report = Report::kUnderWay;
+    input.reported = 40.0;
+    EXPECT_FALSE(started.update(input));
+    input.heard = false;
+    for (int i = 0; i < 60; ++i) EXPECT_FALSE(started.update(input)) << "after an answer the time begins again " << i;
+    EXPECT_TRUE(started.update(input));
+  }
+}
+
+TEST(Ros2Trajectory, IsLostWhenAPlannerDoesNotReportItAfterARestart) {
+  TrajectoryFollower follower = follower_of(ramp(northern_arm().home(), 0.8, 60.0));
+  TrajectoryFollower::Input input = under_way(0.0, 0.0);
+  input.dt = 0.5;
+  input.report = TrajectoryFollower::GoalReport::kUnreported;
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(follower.update(input)) << i;
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kInvalidGoal);
+  EXPECT_EQ(end->text, "the goal was lost: hecaton-ros2 was restarted, and no planner knows the goal");
+}
+
+TEST(Ros2Trajectory, CountsTheTimeBeforeARestart) {
+  auto goal = ramp(northern_arm().home(), 0.8, 4.0);
+  goal.goal_time_tolerance = {1, 0};
+  auto checked = ros2::check_trajectory(goal, northern_arm(), northern_arm().home(), 0.0);
+  TrajectoryFollower follower(std::get<ros2::TrajectoryOrder>(std::move(checked)), 4.5);
+  TrajectoryFollower::Input input = under_way(2.0, 0.0);
+  input.dt = 0.4;
+  EXPECT_FALSE(follower.update(input));
+  const auto end = follower.update(input);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->code, TrajectoryCode::kGoalTolerance);
+}
+
+TEST(Ros2CancellationWait, WaitsLongerForAPlannerThatIsNotHeard) {
+  ros2::CancellationWait unheard;
+  for (int i = 0; i < 60; ++i) EXPECT_FALSE(unheard.update({.dt = 0.5, .reported = 9.9, .heard = false})) << i;
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(unheard.update({.dt = 0.5, .reported = 9.9, .heard = true})) << i;
+  for (int i = 0; i < 60; ++i) EXPECT_FALSE(unheard.update({.dt = 0.5, .reported = 9.9, .heard = false})) << i;
+  const auto end = unheard.update({.dt = 0.5, .reported = 9.9, .heard = false});
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->starts_with("canceled by its client; no planner of the arm was heard for 30 s")) << *end;
+
+  ros2::CancellationWait restored;
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(restored.update({.dt = 0.5, .restored = true})) << i;
+  EXPECT_EQ(restored.update({.dt = 0.5, .restored = true}), "canceled by its client");
 }
 
 TEST(Ros2CancellationWait, EndsWithItsGoalOrAfterASilenceOfThePlanner) {
