@@ -1,5 +1,6 @@
 #include "services/agent/child_process.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 #include <linux/close_range.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -93,16 +95,33 @@ int moved_up(int descriptor, int pipe) {
   return copy;
 }
 
+/// No limit of the parent is raised.
+void limit_data(std::uint64_t most) {
+  rlimit limit{};
+  if (most == 0 || getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  limit.rlim_max = std::min<rlim_t>(limit.rlim_max, most);
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_DATA, &limit);
+}
+
+/// What the child gets beside its arguments.
+struct ChildLimits {
+  pid_t parent;
+  std::uint64_t most_data;
+};
+
 /// Runs in the child between fork and exec. System calls only, because other threads may have held locks at the fork.
-[[noreturn]] void become(const char* program, char* const* arguments, const char* log, pid_t parent, ChildEnds ends) {
+[[noreturn]] void become(const char* program, char* const* arguments, const char* log, ChildLimits limits,
+                         ChildEnds ends) {
   reset_signals();
+  limit_data(limits.most_data);
   lower_child_priority();
   // All descriptors are moved up before one is put into its fixed place.
   const int pipe = fcntl(ends.start, F_DUPFD_CLOEXEC, kFirstOther);
   if (pipe < 0) report_and_leave(ends.start);
   setpgid(0, 0);  // the parent passes Ctrl-C of the terminal on, in order
   if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) report_and_leave(pipe);
-  if (getppid() != parent) _exit(127);  // the parent died before prctl
+  if (getppid() != limits.parent) _exit(127);  // the parent died before prctl
   const int nothing = open("/dev/null", O_RDONLY);
   if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0) report_and_leave(pipe);
   if (*log != '\0') {
@@ -179,7 +198,10 @@ ChildProcess::ChildProcess(const ChildCommand& command) {
   if (!open) fail(command.program, errno);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) become(program.c_str(), arguments.data(), log.c_str(), parent, {start.end, heartbeats.end, exit.end});
+  if (pid_ == 0) {
+    become(program.c_str(), arguments.data(), log.c_str(), {parent, command.most_data},
+           {start.end, heartbeats.end, exit.end});
+  }
   if (pid_ < 0) fail(command.program, errno);
   // Only this process reaps the child, so the pid cannot have been reused.
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));

@@ -19,6 +19,7 @@ struct ChildCommand {
   std::filesystem::path log;           ///< its stdout and stderr are appended here; empty: the parent's streams
   bool sends_heartbeats = false;       ///< it gets `--heartbeat-fd N`: a socket to which its loop sends bytes
   bool notifies_exit = false;          ///< it gets `--exit-fd N`: a pipe for its exit notifier (run_service.hpp)
+  std::uint64_t most_data = 0;         ///< RLIMIT_DATA: heap, stacks and private mappings [byte]; 0: as the parent
 };
 
 struct ChildEnd {

@@ -6,6 +6,7 @@
 
 #include "services/agent/agent.hpp"
 #include "services/arm_driver/device_choice.hpp"
+#include "services/config/link_pair_cache.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/run_service.hpp"
@@ -41,6 +42,7 @@ int main(int argc, char** argv) {
     agent.restart = !no_restart;
     agent.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     services::keep_files_private();
+    config::use_link_pair_folder();
     make_folder(agent.logs);
     config::CellFile file = config::load_cell_file(options.cell);
     if (view && !file.view) file.view.emplace().host = file.hosts.front().name;

@@ -12,6 +12,12 @@ namespace {
 constexpr int kChecks = 20;
 /// Between checks of memory. A process cannot fill a machine within it.
 constexpr std::chrono::milliseconds kMemoryPeriod{100};
+/// Sanitizers map terabytes.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLimitsData = false;
+#else
+constexpr bool kLimitsData = true;
+#endif
 
 std::string megabytes(std::uint64_t bytes) {
   return std::to_string(bytes / 1'000'000) + " MB";
@@ -113,6 +119,7 @@ void ProcessManager::start(Process& process, Clock::time_point now, Events& even
   ChildCommand command{options_.programs / process.service.program, process.service.arguments, {}};
   command.sends_heartbeats = options_.watchdog.count() > 0;
   command.notifies_exit = options_.exit_notifiers;
+  if (kLimitsData && options_.memory_limit > 0) command.most_data = options_.memory_limit + kMemoryMargin;
   if (!options_.logs.empty()) command.log = options_.logs / (process.service.name + ".log");
   try {
     process.child.emplace(command);

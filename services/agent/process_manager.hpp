@@ -47,6 +47,9 @@ class RestartPolicy {
   int attempts_ = 0;
 };
 
+/// Of memory that is allocated and not used, such as the stacks of 120 threads [byte].
+inline constexpr std::uint64_t kMemoryMargin = 1'000'000'000;
+
 struct ProcessManagerOptions {
   std::filesystem::path programs;  ///< folder of the executables
   std::filesystem::path logs;      ///< folder of the services' logs; empty: they write to the agent's streams
@@ -55,7 +58,8 @@ struct ProcessManagerOptions {
   std::chrono::nanoseconds watchdog{0};
   /// A process without a first heartbeat within this is killed, with an uptime of 0; 0: no limit.
   std::chrono::nanoseconds start_limit{0};
-  /// A process that uses more memory is killed [byte]; 0: no limit. Other processes keep theirs.
+  /// A process that uses more memory is killed [byte]; 0: no limit. Other processes keep theirs. The kernel refuses a
+  /// process what it would allocate beyond kMemoryMargin more, because the memory is looked at ten times a second only.
   std::uint64_t memory_limit = 0;
   bool exit_notifiers = false;  ///< processes get an exit notifier (services/runtime/run_service.hpp)
 };

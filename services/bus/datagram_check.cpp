@@ -113,25 +113,40 @@ bool DatagramCheck::add(const Guid& guid, const Writer& writer) {
 }
 
 std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point now) {
+  return now - writer.heard > kPause ? kLeapAfterPause : longest_leap(writer, writer.heard, now);
+}
+
+std::int64_t DatagramCheck::longest_leap(const Writer& writer, Clock::time_point heard, Clock::time_point now) {
   using Seconds = std::chrono::duration<double>;
   constexpr double kRarely = 5.0;  // [1/s]
-  if (now - writer.heard > kPause) return kLeapAfterPause;
   const double known = Seconds(writer.heard - writer.since).count();
   const double average = known > 1.0 ? static_cast<double>(writer.last - writer.first) / known : 0.0;
   const double rate = average > kRarely ? std::min(average, kBurst) : kBurst;
   // Of two receiving threads the one that waited for the lock may have read the clock long before the other.
-  const Clock::duration silence = std::max(now - writer.heard, Clock::duration::zero());
+  const Clock::duration silence = std::max(now - heard, Clock::duration::zero());
   return kLeap + static_cast<std::int64_t>(2.0 * rate * Seconds(silence).count());
 }
 
-bool DatagramCheck::follows(const Guid& writer, std::int64_t number, Clock::time_point now,
+bool DatagramCheck::follows_stall(Writer& writer, std::int64_t number, const Reading& reading) {
+  std::optional<Mark>& mark = writer.before_stall;
+  if (!reading.after_stall) {
+    mark.reset();
+    return false;
+  }
+  if (!mark || reading.now - mark->set > kLongestBacklog) mark = Mark{writer.last, writer.heard, reading.now};
+  return number <= mark->number + longest_leap(writer, mark->heard, reading.now);
+}
+
+bool DatagramCheck::follows(const Guid& writer, std::int64_t number, const Reading& reading,
                             std::optional<std::int64_t> passed) {
+  const Clock::time_point now = reading.now;
   const std::scoped_lock lock(mutex_);
   Writer* const known = find(writer);
   if (known == nullptr) return number <= kFirst && add(writer, Writer{{}, number, number, now, now, passed});
   Writer& entry = *known;
   const bool settles = now - entry.since <= kSettling && number <= kFirst;
-  if (number > entry.last + longest_leap(entry, now) && !settles) return false;
+  const bool follows_backlog = follows_stall(entry, number, reading);
+  if (number > entry.last + longest_leap(entry, now) && !settles && !follows_backlog) return false;
   if (entry.passed) {
     if (number - std::max(*entry.passed, passed.value_or(0)) > kMostListed) return false;
     // The reader receives a stream as it comes: it does not fall behind because a key is never written again.
@@ -292,24 +307,26 @@ std::optional<std::string_view> DatagramCheck::refuse_source(const Prefix& parti
 }
 
 std::optional<std::string_view> DatagramCheck::refuse(std::span<const std::uint8_t> datagram, Address source,
-                                                      Clock::time_point now) {
+                                                      Clock::time_point now,
+                                                      std::optional<Clock::time_point> stall_ended) {
   if (datagram.size() < kHeader || std::memcmp(datagram.data(), "RTPS", 4) != 0) return std::nullopt;
   Sender sender{.participant = {}, .source = source};
   std::copy_n(datagram.data() + 8, sender.participant.size(), sender.participant.begin());
   std::optional<std::string_view> why = refuse_source(sender.participant, source, now);
   if (why) return why;
+  const Reading reading{.now = now, .after_stall = stall_ended && now - *stall_ended <= kBacklog};
   const bool whole = visit_submessages(datagram, [&](const Submessage& submessage) {
     // Fast DDS aborts the process otherwise.
     const bool is_last = std::to_address(submessage.body.end()) == std::to_address(datagram.end());
     why = submessage.id == submessage::kStatistics ? unless(is_last, "statistics do not end their datagram")
-                                                   : refuse(submessage, sender, now);
+                                                   : refuse(submessage, sender, reading);
     return why.has_value();
   });
   return whole ? why : "a submessage is longer than its datagram";
 }
 
 std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessage, const Sender& sender,
-                                                      Clock::time_point now) {
+                                                      const Reading& reading) {
   Reader reader(submessage.body, (submessage.flags & flag::kLittleEndian) != 0);
   const Prefix& participant = sender.participant;
   Guid writer{.participant = participant};
@@ -328,8 +345,8 @@ std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessa
       if (!reader.skip(4) || !endpoints() || !reader.number(first)) return "a sample is cut off";
       if (first < 1 || first > kLargestNumber) return "the number of a sample is out of range";
       const bool discovery = is(entity, kAnnouncer) || is(entity, kWriterAnnouncer) || is(entity, kReaderAnnouncer);
-      if (discovery && !speaks_of_itself(submessage, sender, now)) return "it announces another participant";
-      return unless(follows(writer, first, now), "the number of a sample leaps");
+      if (discovery && !speaks_of_itself(submessage, sender, reading.now)) return "it announces another participant";
+      return unless(follows(writer, first, reading), "the number of a sample leaps");
     }
     case submessage::kDataFragment: {
       std::uint32_t fragment = 0;
@@ -348,20 +365,20 @@ std::optional<std::string_view> DatagramCheck::refuse(const Submessage& submessa
       }
       const std::uint64_t all = (std::uint64_t{sample_bytes} + fragment_bytes - 1) / fragment_bytes;
       if (std::uint64_t{fragment} + fragments - 1 > all) return "a fragment is beyond the end of its sample";
-      return unless(follows(writer, first, now), "the number of a sample leaps");
+      return unless(follows(writer, first, reading), "the number of a sample leaps");
     }
     case submessage::kHeartbeat: {
       if (!endpoints() || !reader.number(first) || !reader.number(last)) return "a heartbeat is cut off";
       if (first < 1 || last < first - 1 || last > kLargestNumber) return "the range of a heartbeat is out of range";
       if (lists_too_many(writer, first, last)) return "a heartbeat lists more than 1048576 samples";
-      return unless(follows(writer, std::max(first, last), now, first - 1), "the range of a heartbeat leaps");
+      return unless(follows(writer, std::max(first, last), reading, first - 1), "the range of a heartbeat leaps");
     }
     case submessage::kGap: {
       if (!endpoints() || !reader.number(first) || !reader.number(last) || !reader.bitmap()) return "a gap is cut off";
       if (first < 1 || last < first || last > kLargestNumber) return "the range of a gap is out of range";
       if (last - std::max(first, last_of(writer) + 1) > kMostSkipped) return "a gap skips more than 131072 samples";
       if (lists_too_many(writer, first, last)) return "a gap begins more than 1048576 samples before the last one";
-      return unless(follows(writer, last, now), "the range of a gap leaps");
+      return unless(follows(writer, last, reading), "the range of a gap leaps");
     }
     case submessage::kAckNack: {
       if (!reader.skip(8) || !reader.number(first) || !reader.bitmap()) return "an acknowledgement is cut off";

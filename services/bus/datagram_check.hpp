@@ -21,6 +21,26 @@
 
 namespace hecaton::bus {
 
+/// The last stall of one receiving thread. What a full receive buffer does not hold meanwhile is lost; the rest arrives
+/// at once.
+class ReceptionStall {
+ public:
+  /// A longer time between two reads is a stall. A cell at work leaves no such gap.
+  static constexpr std::chrono::milliseconds kStall{50};
+
+  /// Call it at each read.
+  void read(Clock::time_point now) {
+    if (last_ && now - *last_ > kStall) ended_ = now;
+    last_ = now;
+  }
+  /// Nothing: the thread has not stalled yet.
+  [[nodiscard]] std::optional<Clock::time_point> ended() const { return ended_; }
+
+ private:
+  std::optional<Clock::time_point> last_;
+  std::optional<Clock::time_point> ended_;
+};
+
 /// Thread-safe. Its memory is bounded by kWriters and by the participants of ParticipantSources.
 class DatagramCheck {
  public:
@@ -37,6 +57,11 @@ class DatagramCheck {
   /// The same after a silence of the writer of kPause.
   static constexpr std::int64_t kLeapAfterPause = 1 << 20;
   static constexpr std::chrono::milliseconds kPause{1000};
+  /// Within this time after a stall of the receiving thread, numbers may also exceed the last one before the stall by
+  /// kLeap and twice what the writer sends since then. Reads come back to back, but the buffer has lost samples.
+  static constexpr std::chrono::milliseconds kBacklog{1000};
+  /// Stalls that follow one another within kBacklog count as one for this long.
+  static constexpr std::chrono::seconds kLongestBacklog{5};
   /// A late joiner receives old samples before the newest ones: within this time a new writer may leap up to kFirst.
   static constexpr std::chrono::seconds kSettling{2};
   /// The first number of a writer: a stream of 100 Hz reaches it in sixteen months.
@@ -53,9 +78,10 @@ class DatagramCheck {
 
   /// Why the datagram must not reach the middleware, as a sentence; nothing: it may. Datagrams of other protocols pass,
   /// because the middleware ignores them.
-  /// `source`: the socket that has sent it.
+  /// `source`: the socket that has sent it. `stall_ended`: of the receiving thread (ReceptionStall).
   [[nodiscard]] std::optional<std::string_view> refuse(std::span<const std::uint8_t> datagram, Address source,
-                                                       Clock::time_point now);
+                                                       Clock::time_point now,
+                                                       std::optional<Clock::time_point> stall_ended = std::nullopt);
   /// True when a participant announces that it leaves (RTPS 2.2, section 8.5.3.2). The middleware must not receive it.
   /// Fast DDS 2.9.1 and 3.1 abort the process when a departure meets their check of that participant's lease. An
   /// intruder could also forge it. The lease removes a participant that has left.
@@ -84,6 +110,12 @@ class DatagramCheck {
   struct Hash {
     std::size_t operator()(const Prefix& participant) const;
   };
+  /// A number of a writer and when it was received.
+  struct Mark {
+    std::int64_t number;
+    Clock::time_point heard;
+    Clock::time_point set;
+  };
   struct Writer {
     Entity entity{};
     std::int64_t first = 0;
@@ -92,6 +124,7 @@ class DatagramCheck {
     Clock::time_point heard;
     /// A reader looks for no sample up to this one; nothing: no HEARTBEAT has told it yet.
     std::optional<std::int64_t> passed{};
+    std::optional<Mark> before_stall{};  ///< nothing: the receiving thread has not stalled lately
   };
   using Writers = std::vector<Writer>;
   /// What is known of a writer; null: it is new. Hold mutex_.
@@ -102,9 +135,18 @@ class DatagramCheck {
   [[nodiscard]] std::int64_t last_of(const Guid& writer);
   /// By how much the writer's next number may exceed its last one.
   [[nodiscard]] static std::int64_t longest_leap(const Writer& writer, Clock::time_point now);
+  /// By how much it may exceed the number that was received at `heard`.
+  [[nodiscard]] static std::int64_t longest_leap(const Writer& writer, Clock::time_point heard, Clock::time_point now);
+  /// When a datagram was read.
+  struct Reading {
+    Clock::time_point now;
+    bool after_stall;  ///< the receiving thread stalled less than kBacklog ago
+  };
   /// False when `number` leaps. `passed`: of a HEARTBEAT, the number before its first one.
-  [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, Clock::time_point now,
+  [[nodiscard]] bool follows(const Guid& writer, std::int64_t number, const Reading& reading,
                              std::optional<std::int64_t> passed = std::nullopt);
+  /// True when the number follows the last one that was received before the stall. Sets that one. Hold mutex_.
+  [[nodiscard]] static bool follows_stall(Writer& writer, std::int64_t number, const Reading& reading);
   /// True when a reader would look for more than kMostListed samples after a HEARTBEAT or GAP of this range.
   [[nodiscard]] bool lists_too_many(const Guid& writer, std::int64_t first, std::int64_t last);
 
@@ -126,7 +168,7 @@ class DatagramCheck {
   [[nodiscard]] std::optional<std::string_view> refuse_source(const Prefix& participant, Address source,
                                                               Clock::time_point now);
   [[nodiscard]] std::optional<std::string_view> refuse(const Submessage& submessage, const Sender& sender,
-                                                       Clock::time_point now);
+                                                       const Reading& reading);
   /// Of a sample of discovery: false when it speaks of a participant for which its sender may not speak.
   [[nodiscard]] bool speaks_of_itself(const Submessage& sample, const Sender& sender, Clock::time_point now);
   /// Visits the parameters of a list until `visit` returns false. False: it has, or the list is cut off.

@@ -40,7 +40,7 @@ WriterBase::WriterBase(std::shared_ptr<Participant::Impl> participant, const Top
 WriterBase::~WriterBase() {
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   writer_->set_listener(nullptr, dds::StatusMask::none());
-  participant_->remove([from = publisher_, writer = writer_] {
+  participant_->remove_endpoint([from = publisher_, writer = writer_] {
     // Otherwise Fast DDS 2.9.1 removes the samples one by one while its thread of timers announces the rest to readers
     // without acknowledgement. From the number of a removed sample that thread counts on for ever, and holds a lock.
     std::size_t removed = 0;
@@ -131,7 +131,7 @@ void ReaderBase::close() {
   participant_->unmonitor(*this);
   const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
   reader_->set_listener(nullptr, dds::StatusMask::none());
-  participant_->remove([from = subscriber_, reader = reader_] { from->delete_datareader(reader); });
+  participant_->remove_endpoint([from = subscriber_, reader = reader_] { from->delete_datareader(reader); });
   reader_ = nullptr;
 }
 
@@ -201,6 +201,18 @@ bool ReaderBase::admit(const dds::SampleInfo& info, const std::string& key, cons
   return true;
 }
 
+std::optional<EndpointId> ReaderBase::other_owner(const dds::SampleInfo& info, const std::string& node,
+                                                  Clock::time_point now) {
+  return participant_->owners().owner_beside(endpoint_id(info.publication_handle), node, now);
+}
+
+void ReaderBase::note_challenge(const dds::SampleInfo& info, const std::string& key, const EndpointId& owner,
+                                Clock::time_point now) {
+  ++counters_.refused;
+  participant_->owners().note_challenge({endpoint_id(info.publication_handle), std::string(info_.type), key}, owner,
+                                        now);
+}
+
 bool ReaderBase::is_free(const dds::SampleInfo& info, const std::string& key, Clock::time_point now) {
   const auto holder = admission_.holders.find(key);
   return holder == admission_.holders.end() ||
@@ -267,6 +279,7 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
   const auto peer = endpoint_id(status.last_publication_handle);
   const bool found = status.current_count_change > 0;
   std::string last_key;
+  if (found) participant_->note_match(peer);  // before wait_matched() returns
   {
     const std::scoped_lock lock(mutex_);
     matched_ = status.current_count;
@@ -281,7 +294,6 @@ void ReaderBase::on_subscription_matched(dds::DataReader*, const dds::Subscripti
     }
   }
   changed_.notify_all();
-  if (found) participant_->note_match(peer);
   mailbox_->post({found ? EventKind::kPeerMatched : EventKind::kPeerLost, info_.name, last_key, peer, Clock::now()});
 }
 

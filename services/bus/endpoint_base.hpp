@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,6 +91,12 @@ class ReaderBase : public dds::DataReaderListener, private Monitored {
   /// then.
   [[nodiscard]] bool admit(const dds::SampleInfo& info, const std::string& key, const Arrival& arrival,
                            std::uint32_t most_a_second);
+  /// The participant that writes for `node` instead of the sample's writer, see NodeOwners; nothing: the writer may.
+  [[nodiscard]] std::optional<EndpointId> other_owner(const dds::SampleInfo& info, const std::string& node,
+                                                      Clock::time_point now);
+  /// Counts a sample that has another owner. Its writer is reported if that owner goes on.
+  void note_challenge(const dds::SampleInfo& info, const std::string& key, const EndpointId& owner,
+                      Clock::time_point now);
   /// Keys that have lost their places to the admitted sample: for the service they are withdrawn.
   [[nodiscard]] std::vector<KeyTable::Key> take_displaced() { return std::exchange(displaced_, {}); }
   /// Reports a second writer of an admitted sample's key, see WriterChanges.

@@ -51,6 +51,20 @@ template <class T>
   }
 }
 
+/// The node whose participants alone write the sample, see NodeOwners; empty: those of other nodes may write it, too.
+template <class T>
+[[nodiscard]] std::string owning_node([[maybe_unused]] const T& sample) {
+  if constexpr (std::is_same_v<T, msg::GoalStatus> || std::is_same_v<T, msg::CoupledPlan> ||
+                std::is_same_v<T, msg::CoupledPlanProgress> || std::is_same_v<T, msg::PlannerTick> ||
+                std::is_same_v<T, msg::PlannedMotion>) {
+    return "planner/" + sample.arm();
+  } else if constexpr (std::is_same_v<T, msg::Fault> || std::is_same_v<T, msg::SupervisorReply>) {
+    return "supervisor";
+  } else {
+    return {};
+  }
+}
+
 /// Samples between the middleware's thread and the service's loop. The owner locks it.
 template <class T>
 class SampleQueue {
@@ -212,24 +226,77 @@ struct Reader<T>::Impl : ReaderBase {
         ++counters_.unreadable;
         if (last_check.refusal) refuse(info, RefusalKind::kMalformed, *last_check.refusal);
       } else {
-        std::string key = key_of(scratch);
-        const std::size_t bytes = last_size;
-        const bool admitted = admit(info, key, {last_check.largest_term, bytes}, most_a_second);
-        for (auto& lost : take_displaced()) {
-          counters_.overflowed += queue.push({T(), std::move(lost.text), received, lost.writer, true}, 0);
-        }
-        if (!admitted) continue;
-        note_writer(info, key, deciding_term(scratch));
-        ++counters_.received;
-        note_alive(info, key);
-        counters_.overflowed +=
-            queue.push({scratch, std::move(key), received, endpoint_id(info.publication_handle), false}, bytes);
+        const Arrival arrived{last_check.largest_term, last_size};
+        Sample<T> sample{scratch, key_of(scratch), received, endpoint_id(info.publication_handle), false};
+        if (defers(info, sample, arrived)) continue;
+        accept(info, std::move(sample), arrived);
+      }
+    }
+  }
+
+  /// True when another participant owns the sample, which is then kept for a while.
+  [[nodiscard]] bool defers(const dds::SampleInfo& info, Sample<T>& sample, const Arrival& arrived) {
+    const std::string node = owning_node(sample.value);
+    if (node.empty()) return false;
+    const auto now = Clock::now();
+    const auto owner = other_owner(info, node, now);
+    if (!owner) {
+      admit_deferred(now);
+      return false;
+    }
+    note_challenge(info, sample.key, *owner, now);
+    defer({std::move(sample), info, arrived, node, now});
+    return true;
+  }
+
+  /// A sample for the service, unless it is refused.
+  void accept(const dds::SampleInfo& info, Sample<T> sample, const Arrival& arrived) {
+    const bool admitted = admit(info, sample.key, arrived, most_a_second);
+    for (auto& lost : take_displaced()) {
+      counters_.overflowed += queue.push({T(), std::move(lost.text), sample.received, lost.writer, true}, 0);
+    }
+    if (!admitted) return;
+    note_writer(info, sample.key, deciding_term(sample.value));
+    ++counters_.received;
+    note_alive(info, sample.key);
+    counters_.overflowed += queue.push(std::move(sample), arrived.bytes);
+  }
+
+  /// A sample of a participant that may be the successor of its owner: silence shows soon which one it is.
+  struct Deferred {
+    Sample<T> sample;
+    dds::SampleInfo info;
+    Arrival arrived;
+    std::string node;
+    Clock::time_point since;
+  };
+  void defer(Deferred one) {
+    constexpr std::size_t kMostDeferred = 64;
+    constexpr std::size_t kMostDeferredBytes = 4U << 20U;
+    deferred_bytes += one.arrived.bytes;
+    deferred.push_back(std::move(one));
+    while (deferred.size() > kMostDeferred || (deferred.size() > 1 && deferred_bytes > kMostDeferredBytes)) {
+      deferred_bytes -= deferred.front().arrived.bytes;
+      deferred.pop_front();
+    }
+  }
+  /// Accepts what has no other owner any more, in the order of its arrival.
+  void admit_deferred(Clock::time_point now) {
+    constexpr Clock::duration kLongest = 2 * NodeOwners::kSilence;
+    deferred_bytes = 0;
+    for (Deferred& one : std::exchange(deferred, {})) {
+      if (now - one.since > kLongest) continue;
+      if (other_owner(one.info, one.node, now)) {
+        defer(std::move(one));
+      } else {
+        accept(one.info, std::move(one.sample), one.arrived);
       }
     }
   }
 
   std::vector<Sample<T>> take() {
     const std::scoped_lock lock(mutex_);
+    if (!deferred.empty()) admit_deferred(Clock::now());
     return queue.take();
   }
 
@@ -251,8 +318,10 @@ struct Reader<T>::Impl : ReaderBase {
   SampleQueue<T> queue;
   const std::uint32_t schema = T().schema();  ///< of samples that drain() keeps
   const std::uint32_t most_a_second = rule_of<T>() == nullptr ? 0 : rule_of<T>()->most_a_second;
-  T scratch;      ///< of drain()
-  Latest newest;  ///< of the loop's thread alone
+  std::deque<Deferred> deferred;   ///< the oldest first
+  std::size_t deferred_bytes = 0;  ///< as received
+  T scratch;                       ///< of drain()
+  Latest newest;                   ///< of the loop's thread alone
 };
 
 template <class T>

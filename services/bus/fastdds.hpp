@@ -349,10 +349,21 @@ class GuardedSupport : public Base {
   /// `rule`: of received samples; null: only their size is checked, against `most_bytes`.
   explicit GuardedSupport(const TopicRule* rule = nullptr,
                           std::uint32_t most_bytes = std::numeric_limits<std::uint32_t>::max())
-      : rule_(rule), most_bytes_(most_bytes) {}
+      : rule_(rule), most_bytes_(most_bytes) {
+    // Histories preallocate buffers of the type's size and enlarge them where a sample needs it. The largest
+    // PlannerTick has 43 MB, but nearly all have some kilobytes.
+    constexpr std::uint32_t kMostPreallocated = 64U << 10U;
+#if HECATON_FAST_DDS == 3
+    this->max_serialized_type_size = std::min(this->max_serialized_type_size, kMostPreallocated);
+#else
+    this->m_typeSize = std::min(this->m_typeSize, kMostPreallocated);
+#endif
+  }
 
   /// The handle of the sample's key. Thread-safe, unlike the generated code, which serialises all keys into one buffer.
-  bool key_handle(const T& sample, rtps::InstanceHandle_t& handle) { return guarded_key(&sample, handle, false); }
+  bool key_handle(const T& sample, rtps::InstanceHandle_t& handle) {
+    return guarded_key(&sample, handle, false);
+  }
 
   /// The serialised sample, encapsulation included; empty when it cannot be serialised.
   [[nodiscard]] std::string bytes_of(const T& sample) {

@@ -72,6 +72,9 @@ class FilteringTransport : public FrontTransport {
  private:
   void take(rtps::TransportReceiverInterface* next, const rtps::octet* data, std::uint32_t size,
             const rtps::Locator_t& local, const rtps::Locator_t& remote) {
+    thread_local ReceptionStall stall;
+    const Clock::time_point now = Clock::now();
+    stall.read(now);
     if (!filter_->may_receive()) return;
     // RTPS header: "RTPS", version, vendor, then the sender's prefix.
     PeerQuarantine::Prefix sender{};
@@ -83,12 +86,13 @@ class FilteringTransport : public FrontTransport {
       if (protection == DatagramCheck::Protection::kForged) return refuse(sender, "it is not encrypted", remote);
       if (protection == DatagramCheck::Protection::kMissing) return;
     }
-    if (const auto malformed = filter_->datagrams.refuse({data, size}, address_of(remote), Clock::now())) {
+    if (const auto malformed = filter_->datagrams.refuse({data, size}, address_of(remote), now, stall.ended())) {
       return refuse(sender, *malformed, remote);
     }
     if (filter_->quarantine.is_revoked(sender)) return refuse(sender, "its keys are revoked", remote);
     if (!filter_->quarantine.accepts(sender, Clock::now())) return;
     if (DatagramCheck::announces_departure({data, size})) return;
+    const ReceptionGate::Pass pass(filter_->gate);
     const std::size_t slot = filter_->receivers.enter(Clock::now());
     next->OnDataReceived(data, size, local, remote);
     filter_->receivers.leave(slot);
@@ -117,8 +121,8 @@ rtps::TransportInterface* FilteringTransportDescriptor::create_transport() const
   return new FilteringTransport(*this);
 }
 
-constexpr std::uint32_t kSendBuffer = 1U << 20U;       ///< requested [byte]
-constexpr std::uint32_t kReceptionBuffer = 1U << 20U;  ///< of threads that sleep while datagrams come [byte]
+constexpr std::uint32_t kSendBuffer = 1U << 20U;     ///< requested [byte]
+constexpr std::uint32_t kReceiveBuffer = 1U << 20U;  ///< requested [byte]
 
 void require_interfaces(const std::vector<std::string>& wanted) {
   const auto present = network_interfaces();
@@ -140,7 +144,9 @@ std::shared_ptr<rtps::UDPv4TransportDescriptor> udp(const ParticipantOptions& op
   // lost. The kernel grants the buffer up to net.core.wmem_max.
   descriptor->non_blocking_send = true;
   descriptor->sendBufferSize = kSendBuffer;
-  if (options.reception_pause.count() > 0) descriptor->receiveBufferSize = kReceptionBuffer;
+  // The default of Linux holds some 200 datagrams: a busy machine that delays the receiving thread for 0.2 s loses
+  // further ones. The kernel grants the buffer up to net.core.rmem_max.
+  descriptor->receiveBufferSize = kReceiveBuffer;
   return descriptor;
 }
 

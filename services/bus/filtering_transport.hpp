@@ -22,6 +22,7 @@
 #include "services/bus/local_stall_guard.hpp"
 #include "services/bus/participant.hpp"
 #include "services/bus/peer_quarantine.hpp"
+#include "services/bus/reception_gate.hpp"
 
 namespace hecaton::bus {
 
@@ -51,6 +52,7 @@ class DatagramFilter {
   PeerQuarantine quarantine;
   AnnouncementPacer announcements;
   ReceiverWatchdog receivers;
+  ReceptionGate gate;
   DatagramCheck datagrams;
   RefusalLog refusals;
 

@@ -140,6 +140,12 @@ PeerQuarantine::Prefix prefix_of(const rtps::GUID_t& guid) {
   return prefix;
 }
 
+PeerQuarantine::Prefix prefix_of(const EndpointId& id) {
+  PeerQuarantine::Prefix prefix{};
+  std::copy_n(id.bytes.begin(), prefix.size(), prefix.begin());
+  return prefix;
+}
+
 }  // namespace
 
 EndpointId endpoint_id(const rtps::GUID_t& guid) {
@@ -161,6 +167,8 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
       partition_(options.partition),
       announce_departure_(options.announce_departure && options.identity.empty()),
       secured_(!options.identity.empty()),
+      owners_(options.nodes,
+              [this](const EndpointId& peer) { return filter_->quarantine.last_heard(prefix_of(peer)); }),
       revoked_(options.revoked) {
   constexpr int kLastDomain = 232;  // the ports of the next one are above 65535
   const std::string prefix = "bus: participant \"" + name + "\": ";
@@ -200,6 +208,7 @@ Participant::Impl::Impl(int domain, const std::string& name, const ParticipantOp
                                                        : " with the keys in " + options.identity.string() +
                                                              "; its governance.p7s and permissions.p7s must allow it"));
   }
+  owners_.own(endpoint_id(participant->guid()), name);
   filter_->open();
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
@@ -243,6 +252,12 @@ void Participant::Impl::remove(std::function<void()> removal) {
   std::fprintf(
       stderr,
       "bus: Fast DDS has deadlocked during the removal of an endpoint or participant, which is left in place\n");
+}
+
+void Participant::Impl::remove_endpoint(std::function<void()> removal) {
+  constexpr std::chrono::milliseconds kLongestWait{200};  // rather than a deadlock, a small risk
+  const ReceptionGate::Closure closure(filter_->gate, kLongestWait);
+  remove(std::move(removal));
 }
 
 dds::Topic* Participant::Impl::topic(const TopicInfo& info, const dds::TypeSupport& type) {
@@ -401,9 +416,19 @@ void Participant::Impl::note_handshake(const PeerEvent& event) {
 }
 
 void Participant::Impl::note_match(const EndpointId& peer) {
-  AuthenticationWatch::Prefix prefix{};
-  std::copy_n(peer.bytes.begin(), prefix.size(), prefix.begin());
-  handshakes_.forget(prefix);
+  handshakes_.forget(prefix_of(peer));
+  owners_.matched(peer);
+}
+
+void Participant::Impl::report_challengers() {
+  for (const NodeOwners::Challenger& one : owners_.take_challengers()) {
+    refusals().note({.kind = RefusalKind::kSecondWriter,
+                     .topic = one.topic,
+                     .sender = one.writer,
+                     .key = one.key,
+                     .text = "a second participant writes it",
+                     .last = Clock::now()});
+  }
 }
 
 void Participant::Impl::note_addresses(const PeerEvent& event) {
@@ -435,6 +460,11 @@ void Participant::Impl::on_peer(const PeerEvent& event) {
   note_addresses(event);
   note_handshake(event);
   note_peer(peer, found);
+  if (found) {
+    owners_.found(peer, event.name);
+  } else {
+    owners_.lost(peer);
+  }
   if (mailbox_ == nullptr) return;
   mailbox_->post(
       {found ? EventKind::kParticipantFound : EventKind::kParticipantLost, {}, event.name, peer, Clock::now()});
@@ -463,6 +493,7 @@ void Participant::know_term(std::uint64_t term) {
 }
 
 std::vector<Refused> Participant::refused(Clock::duration window, std::size_t most) const {
+  impl_->report_challengers();
   return impl_->refusals().recent(Clock::now() - window, most);
 }
 

@@ -46,6 +46,9 @@ struct ParticipantOptions {
   std::chrono::milliseconds lease = kParticipantLease;
   /// Separates cells that share a domain; empty: the default partition.
   std::string partition;
+  /// The planners and supervisors of the cell: only participants of these names count as such (Participant::refused()
+  /// names others that write their messages). Empty: any name counts.
+  std::vector<std::string> nodes;
   /// Announced to peers as the participant's USER_DATA; empty: none.
   std::string user_data;
   /// Folder with the keys of this participant (services/security/keystore.hpp): DDS Security authenticates its peers,

@@ -14,6 +14,7 @@
 #include "services/bus/authentication_watch.hpp"
 #include "services/bus/fastdds.hpp"
 #include "services/bus/filtering_transport.hpp"
+#include "services/bus/node_owners.hpp"
 #include "services/bus/participant.hpp"
 #include "services/bus/term_limit.hpp"
 #include "services/bus/topics.hpp"
@@ -53,6 +54,9 @@ struct Participant::Impl : PeerListener {
   /// Runs `removal`, which removes an entity of this participant from Fast DDS. After Fast DDS has deadlocked in a
   /// removal (deadlock_guard.hpp) it does nothing.
   void remove(std::function<void()> removal);
+  /// The same of an endpoint. Meanwhile the participant receives nothing: a thread of Fast DDS 2.9.1 that pairs an
+  /// endpoint with a remote one reads its listener twice, and crashes when the removal clears it in between.
+  void remove_endpoint(std::function<void()> removal);
 
   /// The monitor thread calls check() from now on; after unmonitor() it does not, nor is a call under way.
   void monitor(Monitored& monitored);
@@ -69,6 +73,9 @@ struct Participant::Impl : PeerListener {
 
   [[nodiscard]] TermLimit& terms() { return terms_; }
   [[nodiscard]] RefusalLog& refusals() { return filter_->refusals; }
+  [[nodiscard]] NodeOwners& owners() { return owners_; }
+  /// Adds the second writers of planners' and supervisors' messages to refusals().
+  void report_challengers();
   [[nodiscard]] bool secured() const { return secured_; }  ///< it has keys
 
   const std::optional<std::chrono::system_clock::time_point> identity_expires;
@@ -103,6 +110,7 @@ struct Participant::Impl : PeerListener {
   bool announce_departure_;
   const bool secured_;
   AuthenticationWatch handshakes_;
+  NodeOwners owners_;
   TermLimit terms_{Clock::now()};
   std::atomic<bool> deadlocked_ = false;
   const std::function<std::vector<GuidBeginning>()> revoked_;

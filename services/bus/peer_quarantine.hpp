@@ -27,6 +27,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -91,6 +92,12 @@ class PeerQuarantine {
     if (now < known->second.back) return false;
     known->second.heard = std::max(known->second.heard, now);
     return true;
+  }
+  /// When a datagram of the peer was accepted last, or discovery found it; nothing: it is unknown.
+  [[nodiscard]] std::optional<Clock::time_point> last_heard(const Prefix& peer) const {
+    const std::scoped_lock lock(mutex_);
+    const auto known = peers_.find(peer);
+    return known == peers_.end() ? std::nullopt : std::optional(known->second.heard);
   }
   /// Peers of these identities are revoked from now on, beside those of earlier calls.
   void revoke(const std::vector<Beginning>& identities, Clock::time_point now) {

@@ -102,7 +102,7 @@ class RawWriter : public dds::DataWriterListener {
   ~RawWriter() override {
     const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
     writer_->set_listener(nullptr, dds::StatusMask::none());
-    participant_->remove([from = participant_->publisher, writer = writer_] {
+    participant_->remove_endpoint([from = participant_->publisher, writer = writer_] {
       std::size_t removed = 0;
       writer->clear_history(&removed);  // as in ~WriterBase()
       from->delete_datawriter(writer);
@@ -200,7 +200,8 @@ class RawReader : public dds::DataReaderListener {
   ~RawReader() override {
     const std::scoped_lock lock(Participant::Impl::endpoints_mutex);
     reader_->set_listener(nullptr, dds::StatusMask::none());
-    participant_->remove([from = participant_->subscriber, reader = reader_] { from->delete_datareader(reader); });
+    participant_->remove_endpoint(
+        [from = participant_->subscriber, reader = reader_] { from->delete_datareader(reader); });
   }
   RawReader(const RawReader&) = delete;
   RawReader& operator=(const RawReader&) = delete;

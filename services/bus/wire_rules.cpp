@@ -394,7 +394,7 @@ constexpr StructRule kObstacleStates{"ObstacleStates", kObstacleStatesFields};
 constexpr std::array kEditRequestFields{kSchema,
                                         name_of("client"),
                                         count("request_id"),
-                                        choice("kind", msg::EditKind::EDIT_DETACH),
+                                        choice("kind", msg::EditKind::EDIT_REPLACE),
                                         name_of("name"),
                                         nested("obstacle", kObstacle),
                                         nested("X_WO", kPose),

@@ -81,6 +81,8 @@ void require_finite(const std::string& what, double value) {
 }
 
 msg::Goal goal_for(const std::string& arm, msg::GoalKind kind, const GoalOptions& options) {
+  require_finite("position_tolerance", options.position_tolerance);
+  require_finite("orientation_tolerance", options.orientation_tolerance);
   msg::Goal goal;
   goal.arm(arm);
   goal.kind(kind);
@@ -121,6 +123,13 @@ Rejected::Rejected(Cause cause) : Error(cause.text), cause_(std::move(cause)) {}
 std::string Outcome::text() const {
   if (kind == OutcomeKind::kUnanswered) return "unanswered: no planner of the arm has answered the goal";
   std::string text = kind == OutcomeKind::kInterrupted ? "interrupted" : std::string(name_of(progress->state));
+  // A planner reports an active goal ten times a second.
+  constexpr Seconds kSilence{1.5};
+  const bool continues = kind == OutcomeKind::kActive || kind == OutcomeKind::kBlocked;
+  if (continues && progress && progress->age > kSilence) {
+    text = "no planner of the arm has answered for " + std::to_string(std::lround(progress->age.count())) +
+           " s; the goal was " + text;
+  }
   if (!progress || kind == OutcomeKind::kReached) return text;
   if (progress->cause) text += ": " + progress->cause.text;
   if (progress->binding) text += " (" + progress->binding->own + " – " + progress->binding->other + ")";
@@ -139,8 +148,7 @@ const std::string& Goal::arm() const {
 }
 
 std::optional<Progress> Goal::progress() const {
-  const auto status = connection_->status_of(*record_);
-  return status ? std::optional(client::to_public(*status)) : std::nullopt;
+  return connection_->progress_of(*record_);
 }
 
 void Goal::on_progress(std::function<void(const Progress&)> callback) const {
@@ -154,6 +162,7 @@ Outcome Goal::wait(const Wait& wait) const {
     return outcome.progress && is_final(outcome.progress->state);
   };
   const bool over = connection_->wait_until(ended, wait);
+  if (!over) outcome.progress = progress();  // its age grows without news
   outcome.kind = !over && wait.stop.stop_requested() ? OutcomeKind::kInterrupted
                  : outcome.progress                  ? kind_of(outcome.progress->state)
                                                      : OutcomeKind::kUnanswered;
@@ -214,8 +223,7 @@ ArmState Arm::state(const Wait& wait) const {
 }
 
 std::optional<Progress> Arm::goal() const {
-  const auto status = connection_->newest_goal(name_);
-  return status ? std::optional(client::to_public(*status)) : std::nullopt;
+  return connection_->newest_progress(name_);
 }
 
 void Arm::hold(const Wait& wait) const {
@@ -279,6 +287,13 @@ World::World(std::shared_ptr<Connection> connection) : connection_(std::move(con
 Receipt World::add(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion,
                    const Wait& wait) const {
   msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, name);
+  request.obstacle(client::to_message(name, shape, pose, motion));
+  return receipt_of(connection_->edit(std::move(request), wait));
+}
+
+Receipt World::replace(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion,
+                       const Wait& wait) const {
+  msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_REPLACE, name);
   request.obstacle(client::to_message(name, shape, pose, motion));
   return receipt_of(connection_->edit(std::move(request), wait));
 }

@@ -29,6 +29,11 @@ constexpr Seconds kAskAgain = 250ms;
 constexpr Seconds kOtherCells = 50ms;
 /// Time for the replies of further recorders, each of which looks for requests every 20 ms at most.
 constexpr Seconds kOtherRecorders = 100ms;
+
+Seconds age_of(Clock::time_point heard) {
+  return Clock::now() - heard;
+}
+
 /// Time limit of the destructor for the planners' answers to goals.
 constexpr auto kLastAnswers = 2s;
 
@@ -209,7 +214,7 @@ void Connection::run() {
       for (auto entry = goals_.begin(); entry != goals_.end();) {
         GoalRecord& record = *entry->second;
         if (std::exchange(record.news, false) && record.callback) {
-          goal_calls.emplace_back(record.callback, to_public(*record.status));
+          goal_calls.emplace_back(record.callback, to_public(*record.status, age_of(record.heard)));
         }
         const bool over = record.status && is_final(static_cast<GoalState>(record.status->state()));
         // Without a planner a goal may never get an answer. Nothing but this list knows it.
@@ -261,17 +266,19 @@ void Connection::take(Channel<Request, Reply>& channel) {
 }
 
 void Connection::note(const msg::GoalStatus& status) {
+  const Clock::time_point now = Clock::now();
   if (const auto own = goals_.find(status.goal()); own != goals_.end() && own->second->goal.arm() == status.arm()) {
     GoalRecord& record = *own->second;
     if (!record.status || is_later(status, *record.status)) {
       record.status = status;
+      record.heard = now;
       record.news = true;
     }
   }
   // The statuses of the replaced goal and of the new one may arrive in either order.
   if (status.state() == msg::GoalState::GOAL_REPLACED) return;
-  const auto [newest, first] = newest_.try_emplace(status.arm(), status);
-  if (!first && is_later(status, newest->second)) newest->second = status;
+  const auto [newest, first] = newest_.try_emplace(status.arm(), Newest{status, now});
+  if (!first && is_later(status, newest->second.status)) newest->second = {status, now};
 }
 
 void Connection::note(const msg::CellStatus& status) {
@@ -513,7 +520,10 @@ Goal Connection::adopt(const std::shared_ptr<Connection>& connection, const std:
     const Lock lock(connection->mutex_);
     static_cast<void>(connection->goal_topics());
     const auto newest = connection->newest_.find(arm);
-    if (newest != connection->newest_.end() && newest->second.goal() == goal) record->status = newest->second;
+    if (newest != connection->newest_.end() && newest->second.status.goal() == goal) {
+      record->status = newest->second.status;
+      record->heard = newest->second.heard;
+    }
     connection->goals_[goal] = record;
   }
   return {connection, record};
@@ -534,6 +544,11 @@ void Connection::cancel(const GoalRecord& record) {
 std::optional<msg::GoalStatus> Connection::status_of(const GoalRecord& record) const {
   const Lock lock(mutex_);
   return record.status;
+}
+
+std::optional<Progress> Connection::progress_of(const GoalRecord& record) const {
+  const Lock lock(mutex_);
+  return record.status ? std::optional(to_public(*record.status, age_of(record.heard))) : std::nullopt;
 }
 
 void Connection::set_callback(const std::shared_ptr<GoalRecord>& record,
@@ -559,7 +574,15 @@ std::optional<msg::GoalStatus> Connection::newest_goal(const std::string& arm) {
   const Lock lock(mutex_);
   static_cast<void>(goal_topics());
   const auto newest = newest_.find(arm);
-  return newest == newest_.end() ? std::nullopt : std::optional(newest->second);
+  return newest == newest_.end() ? std::nullopt : std::optional(newest->second.status);
+}
+
+std::optional<Progress> Connection::newest_progress(const std::string& arm) {
+  const Lock lock(mutex_);
+  static_cast<void>(goal_topics());
+  const auto newest = newest_.find(arm);
+  if (newest == newest_.end()) return std::nullopt;
+  return to_public(newest->second.status, age_of(newest->second.heard));
 }
 
 bus::Reader<msg::Fault>& Connection::fault_topic() {

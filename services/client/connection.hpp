@@ -56,6 +56,7 @@ struct GoalRecord {
   msg::Goal goal;                         // constant
   Clock::time_point sent;                 // constant
   std::optional<msg::GoalStatus> status;  // newest
+  Clock::time_point heard;                // when it arrived
   std::function<void(const Progress&)> callback;
   bool news = false;  // the callback has not got the newest status
 };
@@ -108,6 +109,8 @@ class Connection {
                                   const std::string& goal);
   void cancel(const GoalRecord& record);
   [[nodiscard]] std::optional<msg::GoalStatus> status_of(const GoalRecord& record) const;
+  /// The same for programs, with its age.
+  [[nodiscard]] std::optional<Progress> progress_of(const GoalRecord& record) const;
   void set_callback(const std::shared_ptr<GoalRecord>& record, std::function<void(const Progress&)> callback);
   /// Names of the arms: of the last status, else of the cell file. Empty: not known. Does not wait.
   [[nodiscard]] std::vector<std::string> arms() const;
@@ -116,6 +119,8 @@ class Connection {
   [[nodiscard]] std::size_t open_goals() const;
   /// Status of the arm's newest goal, of any client; never of a replaced goal.
   [[nodiscard]] std::optional<msg::GoalStatus> newest_goal(const std::string& arm);
+  /// The same for programs, with its age.
+  [[nodiscard]] std::optional<Progress> newest_progress(const std::string& arm);
 
   [[nodiscard]] std::vector<msg::Fault> faults();
   void set_fault_callback(std::function<void(const Fault&)> callback);
@@ -226,7 +231,11 @@ class Connection {
     std::optional<SceneTopics> scene;
   } endpoints_;
   std::map<std::string, std::shared_ptr<GoalRecord>> goals_;  ///< that have not ended, by name
-  std::map<std::string, msg::GoalStatus> newest_;             ///< by arm
+  struct Newest {
+    msg::GoalStatus status;
+    Clock::time_point heard;
+  };
+  std::map<std::string, Newest> newest_;  ///< by arm
   services::LatestFaults faults_;
   std::function<void(const Fault&)> on_fault_;
   std::vector<msg::Fault> fault_news_;  ///< for the callback

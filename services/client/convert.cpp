@@ -188,8 +188,9 @@ msg::TimedTrajectory to_message(const Trajectory& trajectory) {
   return message;
 }
 
-Progress to_public(const msg::GoalStatus& status) {
+Progress to_public(const msg::GoalStatus& status, Seconds age) {
   Progress progress;
+  progress.age = age;
   progress.arm = status.arm();
   progress.goal = status.goal();
   progress.state = same<GoalState>(status.state());

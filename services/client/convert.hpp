@@ -11,7 +11,7 @@ namespace hecaton::client {
 [[nodiscard]] Cause to_public(const msg::Cause& cause);
 /// Throws InvalidArgument for wrong numbers of values and numbers that are not finite.
 [[nodiscard]] msg::TimedTrajectory to_message(const Trajectory& trajectory);
-[[nodiscard]] Progress to_public(const msg::GoalStatus& status);
+[[nodiscard]] Progress to_public(const msg::GoalStatus& status, Seconds age = {});
 [[nodiscard]] Fault to_public(const msg::Fault& fault);
 [[nodiscard]] ToolState to_public(const msg::ToolState& state, Seconds age);
 [[nodiscard]] ArmState to_public(const msg::ArmState& state, Seconds age);

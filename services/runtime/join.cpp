@@ -14,6 +14,7 @@
 
 #include "services/bus/participant.hpp"
 #include "services/bus/topics.hpp"
+#include "services/runtime/cell_nodes.hpp"
 #include "services/runtime/log.hpp"
 #include "services/runtime/thread_priority.hpp"
 #include "services/security/expiry.hpp"
@@ -155,6 +156,17 @@ void set_identity(bus::ParticipantOptions& participant, const std::filesystem::p
   };
 }
 
+/// The nodes whose messages only they may write, see bus::ParticipantOptions::nodes.
+std::vector<std::string> owning_nodes(const config::CellFile& file) {
+  std::vector<std::string> nodes;
+  const auto add = [&](const std::vector<PlacedNode>& placed) {
+    for (const PlacedNode& one : placed) nodes.push_back(one.node);
+  };
+  add(supervisors_of(file));
+  for (std::size_t arm = 0; arm < file.cell.arms.size(); ++arm) add(planners_of(file, arm));
+  return nodes;
+}
+
 }  // namespace
 
 bus::ParticipantOptions participant_options(const config::CellFile& file, const std::string& host, Role role) {
@@ -164,6 +176,7 @@ bus::ParticipantOptions participant_options(const config::CellFile& file, const 
   participant.peers = peers_of(file, participant.interfaces);
   participant.shared_memory = file.network.transport == config::Transport::kSharedMemory;
   participant.partition = file.cell.name;
+  participant.nodes = owning_nodes(file);
   participant.lease = file.network.lease;
   return participant;
 }

@@ -18,6 +18,7 @@ enum class ExitCode : int {
   kBadInput = 3,  ///< a value that is not allowed (option, file, environment): one sentence on stderr
   kTimeOut = 4,
   kUnreachable = 5,    ///< no such cell
+  kNoMemory = 12,      ///< of a service (ENOMEM)
   kInterrupted = 130,  ///< by SIGINT; the output has what was done so far
   kTerminated = 143,   ///< the same by SIGTERM
 };

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <new>
 #include <semaphore>
 #include <system_error>
 #include <thread>
@@ -22,6 +23,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "services/config/link_pair_cache.hpp"
 #include "services/runtime/log.hpp"
 
 namespace hecaton::services {
@@ -86,9 +88,14 @@ int run_service(int argc, const char* const* argv, const std::string& descriptio
   if (const auto leave = parse_options(argc, argv, description, subject, options, more))
     return static_cast<int>(*leave);
   keep_files_private();
+  config::use_link_pair_folder();
   try {
     body(options, shutdown);
     return static_cast<int>(ExitCode::kDone);
+  } catch (const std::bad_alloc&) {
+    complain(
+        "this process gets no more memory: supervision.memory_limit in the cell file, its unit or shell bounds it");
+    return static_cast<int>(ExitCode::kNoMemory);
   } catch (const std::exception& error) {
     complain(error.what());
     return static_cast<int>(ExitCode::kBadInput);

@@ -12,7 +12,8 @@
 namespace hecaton::services {
 
 /// Parses the command line (see parse_options, also for `more`), takes over the signals and calls `body`. An exception
-/// of `body` becomes one sentence on stderr and ExitCode::kBadInput. Returns main's result.
+/// of `body` becomes one sentence on stderr and ExitCode::kBadInput, or kNoMemory for std::bad_alloc. Returns main's
+/// result.
 [[nodiscard]] int run_service(int argc, const char* const* argv, const std::string& description, Subject subject,
                               const std::function<void(const ServiceOptions&, ShutdownSignal&)>& body,
                               const MoreOptions& more = {});

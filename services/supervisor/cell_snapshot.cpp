@@ -23,6 +23,14 @@ bool from_another_process(const bus::Sample<msg::Heartbeat>& sample, const Recei
 
 }  // namespace
 
+void CellSnapshot::update_observed(const msg::ArmState& state) {
+  if (state.mode() == msg::ArmMode::ARM_OBSERVED || state.cause().kind() == msg::CauseKind::CAUSE_OBSERVED) {
+    observed.insert(state.arm());
+  } else if (state.mode() != msg::ArmMode::ARM_FAILED && !state.q().empty()) {
+    observed.erase(state.arm());
+  }
+}
+
 void CellSnapshot::update_goal(const bus::Sample<msg::GoalStatus>& sample) {
   if (sample.disposed) return;  // the planner keeps its last goals only; the state of this one stays valid
   const auto known = goals.find(sample.value.arm());

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -51,12 +52,16 @@ struct CellSnapshot {
   ReceivedByName<msg::Heartbeat> heartbeats;      ///< by node
   ReceivedByName<msg::ProcessEvent> processes;    ///< by process, newest
   ReceivedByName<msg::ArmState> arms;             ///< by arm
+  std::set<std::string, std::less<>> observed;    ///< arms that others move, as their drivers said last
   ReceivedByName<msg::GoalStatus> goals;          ///< by arm, newest
   ReceivedByName<msg::GoalStatus> lost_goals;     ///< by arm: had not ended when its planner's process was replaced
   ReceivedByName<msg::ObstacleShapes> obstacles;  ///< by obstacle
   std::optional<Received<msg::ObstacleStates>> states;
   std::optional<Received<msg::ContactReport>> contact_report;
 
+  /// Takes each state of an arm in turn. A driver whose device has failed, or has measured nothing yet, does not say
+  /// whether others move the arm.
+  void update_observed(const msg::ArmState& state);
   /// Keeps the newest goal of the arm: a late joiner receives several in any order.
   void update_goal(const bus::Sample<msg::GoalStatus>& sample);
   /// A planner whose process was replaced has lost its goal, unless it publishes the goal again.

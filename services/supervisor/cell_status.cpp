@@ -8,6 +8,7 @@
 #include "services/runtime/cause.hpp"
 #include "services/runtime/node_name.hpp"
 #include "services/runtime/standstill.hpp"
+#include "services/runtime/state_age.hpp"
 #include "services/supervisor/cell_publisher.hpp"
 #include "services/supervisor/clipped_text.hpp"
 #include "services/supervisor/expected_nodes.hpp"
@@ -77,7 +78,7 @@ class StatusBuilder {
       arm.state(state->value);
       arm.state().cause().text() = clipped(state->value.cause().text());
       arm.state().carried() = clipped(state->value.carried());
-      arm.state_age(age(*state));
+      arm.state_age(std::max(age(*state), std::chrono::duration<double>(least_age(state->value)).count()));
     }
     if (const auto* goal = find(source_.snapshot.goals, name)) {
       arm.has_goal(true);
@@ -265,7 +266,7 @@ std::vector<msg::LostArm> lost_arms(const config::CellFile& file, const std::vec
     const DriverLoss loss = detector.loss_of_driver(planned.arm.name);
     const auto* last = find(snapshot.arms, planned.arm.name);
     if (loss == DriverLoss::kNone || !last) continue;
-    if (last->value.mode() == msg::ArmMode::ARM_OBSERVED) continue;  // others may move it on
+    if (snapshot.observed.contains(planned.arm.name)) continue;  // others may move it on
     const double braking_delay =
         (loss == DriverLoss::kEnded ? braking_delay_of_dead(file) : braking_delay_of_cut_off(file)) +
         last->value.tracking_delay();

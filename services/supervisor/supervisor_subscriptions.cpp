@@ -240,6 +240,7 @@ void SupervisorSubscriptions::receive_arm_states(const Consumers& to) {
   for (const auto& sample : samples) {
     if (sample.disposed || !to.detector.expects(driver_node(sample.value.arm()))) continue;
     newest.insert_or_assign(sample.value.arm(), &sample);
+    to.snapshot.update_observed(sample.value);
     to.detector.stream_heard(driver_node(sample.value.arm()), arrival(sample), sample.value.sequence_number());
   }
   for (const auto& [arm, last] : newest) {

@@ -223,6 +223,10 @@ class HECATON_API World {
   /// hull without volume.
   Receipt add(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion = Static{},
               const Wait& wait = kAnswerLimit) const;
+  /// The same, in the place of the obstacle with this name, if there is one. Arms avoid the former one until they see
+  /// the new one.
+  Receipt replace(const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion = Static{},
+                  const Wait& wait = kAnswerLimit) const;
   /// Moves an obstacle to `pose` in W and ends its scripted motion.
   Receipt move(const std::string& name, const Pose& pose, const Wait& wait = kAnswerLimit) const;
   /// Removes an obstacle.

@@ -189,6 +189,7 @@ struct Progress {
   std::optional<NearestPose> nearest;      ///< with CauseKind::kGoalOrientation
   std::optional<Seconds> trajectory_time;  ///< in its trajectory that the arm has come to; empty: it has none
   double trajectory_rate = 0.0;            ///< of that time: 1 as the trajectory demands, 0 while the arm waits
+  Seconds age{};                           ///< since this progress arrived; in a CellStatus 0
 };
 
 /// A point of a trajectory.

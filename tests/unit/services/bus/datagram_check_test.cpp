@@ -2,6 +2,7 @@
 
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -23,11 +24,20 @@ class DatagramCheckTest : public testing::Test {
   static constexpr DatagramCheck::Address kOther = 22;
 
   bool refused(const RtpsDatagram& datagram, DatagramCheck::Address source = kSource) {
-    return check_.refuse(datagram.bytes(), source, now_).has_value();
+    return check_.refuse(datagram.bytes(), source, now_, stall_ended_).has_value();
+  }
+
+  /// Receives a stream of 500 Hz.
+  void receive_stream(std::int64_t first, std::int64_t last) {
+    for (std::int64_t number = first; number <= last; ++number) {
+      ASSERT_FALSE(refused(RtpsDatagram().data(number))) << number;
+      now_ += 2ms;
+    }
   }
 
   DatagramCheck check_;
   Clock::time_point now_{100s};
+  std::optional<Clock::time_point> stall_ended_;
 };
 
 TEST_F(DatagramCheckTest, PassesWhatAStreamSends) {
@@ -99,6 +109,54 @@ TEST_F(DatagramCheckTest, AcceptsWhatAnotherThreadReceivedEarlier) {
   EXPECT_FALSE(refused(RtpsDatagram().data(1))) << "its thread had to wait after it had read the clock";
   now_ += 400ms;
   EXPECT_TRUE(refused(RtpsDatagram().data(2 + DatagramCheck::kLeap + 200)));
+}
+
+// During a stall the receive buffer keeps the first samples. Those that follow are lost, and the rest comes at once.
+TEST_F(DatagramCheckTest, AcceptsABurstWithLostSamplesAfterAStall) {
+  receive_stream(1, 1500);
+  now_ += 900ms;
+  stall_ended_ = now_;
+  for (std::int64_t number = 1501; number <= 1670; ++number) {
+    now_ += 20us;
+    ASSERT_FALSE(refused(RtpsDatagram().data(number))) << number;
+  }
+  EXPECT_TRUE(refused(RtpsDatagram().data(1670 + DatagramCheck::kLeapAfterPause))) << "no stall explains it";
+  EXPECT_TRUE(refused(RtpsDatagram().data(2500))) << "more than twice what the writer has sent";
+  EXPECT_FALSE(refused(RtpsDatagram().data(1951))) << "280 samples were lost";
+  receive_stream(1952, 2600);
+  EXPECT_TRUE(refused(RtpsDatagram().data(2600 + DatagramCheck::kLeap + 10))) << "the stall is long ago";
+}
+
+TEST_F(DatagramCheckTest, RefusesTheSameBurstWithoutAStall) {
+  receive_stream(1, 1500);
+  now_ += 900ms;
+  ASSERT_FALSE(refused(RtpsDatagram().data(1501)));
+  EXPECT_TRUE(refused(RtpsDatagram().data(1951)));
+}
+
+// The second stall begins while samples of the first one still wait in the buffer.
+TEST_F(DatagramCheckTest, AcceptsABurstAfterStallsThatFollowOneAnother) {
+  receive_stream(1, 1500);
+  now_ += 800ms;
+  stall_ended_ = now_;
+  ASSERT_FALSE(refused(RtpsDatagram().data(1501)));
+  now_ += 60ms;
+  stall_ended_ = now_;
+  EXPECT_FALSE(refused(RtpsDatagram().data(1502)));
+  EXPECT_FALSE(refused(RtpsDatagram().data(1930)));
+}
+
+TEST(ReceptionStallTest, IsALongTimeBetweenReads) {
+  ReceptionStall stall;
+  Clock::time_point now{100s};
+  stall.read(now);
+  stall.read(now += ReceptionStall::kStall);
+  EXPECT_EQ(stall.ended(), std::nullopt);
+  stall.read(now += ReceptionStall::kStall + 1ms);
+  EXPECT_EQ(stall.ended(), now);
+  const Clock::time_point ended = now;
+  stall.read(now += 1ms);
+  EXPECT_EQ(stall.ended(), ended);
 }
 
 // A reader looks for each sample that a writer lists: for 2³² of them it takes a minute.

@@ -1,10 +1,17 @@
 // Delivery of samples: many keys, late joiners, withdrawn keys, depth 1.
+#include <algorithm>
+#include <fstream>
 #include <set>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <idl/arm.h>
 #include <idl/goal.h>
 #include <idl/health.h>
+#include <idl/planner.h>
+#include <idl/supervisor.h>
 #include <idl/world.h>
 
 #include "tests/unit/services/bus/bus_test.hpp"
@@ -26,6 +33,34 @@ msg::ProcessEvent process_event(const std::string& process) {
   msg::ProcessEvent event;
   event.process(process);
   return event;
+}
+
+/// Memory of this process that it may write to: what RLIMIT_DATA bounds [kB].
+std::uint64_t writable_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kilobytes = 0;
+    if (word == "VmData:" && status >> kilobytes) return kilobytes;
+  }
+  return 0;
+}
+
+// The largest tick has 43 MB, and writer and reader keep 64 ticks each.
+TEST_F(Delivery, TakesTheMemoryThatSamplesNeed) {
+  Participant planner(domain_.number(), "planner/north", one_host());
+  const std::uint64_t before = writable_memory();
+  ASSERT_GT(before, 0U);
+  Writer<msg::PlannerTick> writer(planner);
+  Reader<msg::PlannerTick> reader(there_);
+  expect_matched(writer, reader);
+  msg::PlannerTick tick;
+  tick.arm("north");
+  for (std::uint64_t number = 1; number <= 200; ++number) {
+    tick.sequence_number(number);
+    ASSERT_TRUE(writer.write(tick));
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received == number; }));
+  }
+  EXPECT_LT(writable_memory() - before, 100'000U);
 }
 
 // By default Fast DDS has room for 10 keys and silently drops the eleventh.
@@ -296,6 +331,103 @@ TEST_F(Delivery, SurvivesDeparturesOfReadersWhileSamplesAreOnTheirWay) {
     while (writer.matched() > 0 && Clock::now() < until) std::this_thread::yield();
     ASSERT_EQ(writer.matched(), 0);
   }
+}
+
+bool names_second_writer(const Participant& reader, const std::string& node, const std::string& topic) {
+  const auto refused = reader.refused(1min, 64);
+  return std::any_of(refused.begin(), refused.end(), [&](const Refused& one) {
+    return one.kind == RefusalKind::kSecondWriter && one.node == node && one.topic == topic;
+  });
+}
+
+/// A participant "planner/north" or "supervisor", and an intruder.
+class OwnedMessages : public Delivery {
+ protected:
+  template <class T>
+  void expect_owned(const std::string& node, const T& message) {
+    Participant owner(domain_.number(), node, one_host());
+    Writer<T> own(owner);
+    Writer<T> forged(here_);
+    Reader<T> reader(there_);
+    ASSERT_TRUE(own.wait_matched(1, kPatience));
+    ASSERT_TRUE(forged.wait_matched(1, kPatience));
+    ASSERT_TRUE(reader.wait_matched(2, kPatience));
+    ASSERT_TRUE(forged.write(message));
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().refused == 1; }));
+    ASSERT_TRUE(own.write(message));
+    std::vector<Sample<T>> taken;
+    ASSERT_TRUE(wait_until(reader, [&] {
+      for (auto& sample : reader.take()) taken.push_back(std::move(sample));
+      return !taken.empty();
+    })) << Topic<T>::kInfo.type;
+    ASSERT_EQ(taken.size(), 1U);
+    EXPECT_TRUE(taken.front().writer.same_participant(own.id()));
+    // The owner of an earlier call may have been heard just before the first message.
+    auto again = Clock::now() + 1s;
+    EXPECT_TRUE(wait_until(reader, [&] {
+      if (Clock::now() > again) {
+        EXPECT_TRUE(forged.write(message));
+        again = Clock::now() + 1s;
+      }
+      return names_second_writer(there_, "here", std::string(Topic<T>::kInfo.type));
+    })) << Topic<T>::kInfo.type;
+    EXPECT_TRUE(reader.take().empty());
+  }
+};
+
+TEST_F(OwnedMessages, ComeFromThePlannerOfTheArm) {
+  msg::GoalStatus status;
+  status.arm("north");
+  status.goal("g");
+  expect_owned("planner/north", status);
+  msg::CoupledPlan plan;
+  plan.arm("north");
+  expect_owned("planner/north@beta", plan);
+  msg::CoupledPlanProgress progress;
+  progress.arm("north");
+  expect_owned("planner/north", progress);
+  msg::PlannerTick tick;
+  tick.arm("north");
+  expect_owned("planner/north", tick);
+  msg::PlannedMotion motion;
+  motion.arm("north");
+  expect_owned("planner/north", motion);
+}
+
+TEST_F(OwnedMessages, ComeFromASupervisor) {
+  msg::Fault fault;
+  fault.id("f1-1");
+  expect_owned("supervisor", fault);
+  expect_owned("supervisor@beta", msg::SupervisorReply());
+}
+
+// A killed planner announces no departure. What its successor writes within the silence limit arrives, too.
+TEST_F(OwnedMessages, OfARestartedPlannerAreNotLost) {
+  Reader<msg::GoalStatus> reader(there_);
+  msg::GoalStatus status;
+  status.arm("north");
+  status.goal("g");
+  auto options = one_host();
+  options.announce_departure = false;
+  {
+    Participant killed(domain_.number(), "planner/north", options);
+    Writer<msg::GoalStatus> writer(killed);
+    expect_matched(writer, reader);
+    status.sequence_number(1);
+    ASSERT_TRUE(writer.write(status));
+    ASSERT_TRUE(wait_until(reader, [&] { return reader.counters().received == 1; }));
+  }
+  Participant restarted(domain_.number(), "planner/north", options);
+  Writer<msg::GoalStatus> writer(restarted);
+  ASSERT_TRUE(writer.wait_matched(1, kPatience));
+  status.sequence_number(2);
+  ASSERT_TRUE(writer.write(status));
+  std::uint64_t last = 0;
+  EXPECT_TRUE(wait_until(reader, [&] {
+    for (const auto& sample : reader.take()) last = sample.value.sequence_number();
+    return last == 2;
+  }));
+  EXPECT_FALSE(names_second_writer(there_, "planner/north", "GoalStatus"));
 }
 
 TEST_F(Delivery, HidesAClearedHistoryFromLateJoiners) {

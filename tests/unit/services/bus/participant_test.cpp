@@ -1,10 +1,12 @@
 // Participants: joining a domain, discovery, partitions.
 #include "services/bus/participant.hpp"
 
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <idl/arm.h>
@@ -236,6 +238,26 @@ TEST(Participant, LivesAsLongAsItsEndpoints) {
   msg::ArmState state;
   state.arm("arm1");
   EXPECT_TRUE(writer.write(state));
+}
+
+class RemovedEndpoints : public BusTest {};
+
+// Fast DDS 2.9.1 reads the listener of an endpoint twice while it pairs the endpoint with a remote one, and removes it
+// in between: the process crashes.
+TEST_F(RemovedEndpoints, MayBePairedAtTheSameTime) {
+  std::atomic<bool> done = false;
+  std::thread remote([&] {
+    while (!done) {
+      const Writer<msg::ArmState> writer(there_);
+      const Reader<msg::ArmCommand> reader(there_);
+    }
+  });
+  for (const auto until = Clock::now() + std::chrono::seconds(3); Clock::now() < until;) {
+    const Reader<msg::ArmState> reader(here_);
+    const Writer<msg::ArmCommand> writer(here_);
+  }
+  done = true;
+  remote.join();
 }
 
 }  // namespace

@@ -55,7 +55,9 @@ class CellStatusTest : public ::testing::Test {
       message.cause(
           make_cause(starts ? msg::CauseKind::CAUSE_STARTING : msg::CauseKind::CAUSE_COMMANDS_CEASED, arm, reason));
     }
+    message.q({0.0, 0.0});
     message.qd({0.0, speed});
+    snapshot_.update_observed(message);
     snapshot_.arms.insert_or_assign(arm, Received<msg::ArmState>{message, at(), {}});
     watch_.stream_heard(driver_node(arm), now_);
   }
@@ -286,6 +288,11 @@ TEST_F(CellStatusTest, MeasuresAgesFromArrival) {
   EXPECT_NEAR(told.nodes()[0].age(), 0.040, 1e-9);
   EXPECT_NEAR(told.hosts()[0].age(), 0.040, 1e-9);
   EXPECT_LT(told.contact_report_age(), 0.0);
+  // A driver whose device fails repeats its last measurement.
+  msg::ArmState& left = snapshot_.arms.at("left").value;
+  left.command_age(-60.0);
+  left.mode(msg::ArmMode::ARM_FAILED);
+  EXPECT_DOUBLE_EQ(status().arms()[0].state_age(), 60.0);
 }
 
 TEST_F(CellStatusTest, ListsUnheardNodesAsAwaited) {
@@ -437,6 +444,34 @@ TEST_F(CellStatusTest, ListsOnlyLostArmsThatTheirControllersStop) {
   EXPECT_EQ(lost({true, true}), (std::vector<std::string>{"left", "right"}));
   EXPECT_EQ(lost({true, false}), std::vector<std::string>{"left"});
   EXPECT_TRUE(lost({false, false}).empty());
+}
+
+// The reachable stop set says nothing of an arm that a person moves on.
+TEST_F(CellStatusTest, ListsNoArmThatOthersMayMove) {
+  const auto lost = [this] { return lost_arms(file_, {true, false}, watch_, snapshot_, at()).size(); };
+  const auto ends = [&] {
+    watch_.process_exited(driver_node("left"), {1, -1, 9, false});
+    watch_.judge(now_);
+    turn(2s);
+  };
+  state("left", msg::ArmMode::ARM_OBSERVED, 0.0, "");
+  state("left", msg::ArmMode::ARM_FAILED, 0.0, "its pendant is off");
+  ends();
+  EXPECT_EQ(lost(), 0U) << "its device has failed; others may move it all the same";
+  msg::ArmState unmeasured;  // of the driver's next process
+  unmeasured.arm("left");
+  unmeasured.mode(msg::ArmMode::ARM_STARTING);
+  snapshot_.update_observed(unmeasured);
+  EXPECT_EQ(lost(), 0U);
+  state("left", msg::ArmMode::ARM_STOPPED, 0.0, "");
+  ends();
+  EXPECT_EQ(lost(), 1U) << "its planner has it back";
+  // Ordered, and it still brakes: then others move it.
+  msg::ArmState braking = snapshot_.arms.at("left").value;
+  braking.mode(msg::ArmMode::ARM_BRAKING);
+  braking.cause(make_cause(msg::CauseKind::CAUSE_OBSERVED, "left", "others move it"));
+  snapshot_.update_observed(braking);
+  EXPECT_EQ(lost(), 0U);
 }
 
 class StandbyStatus : public CellStatusTest {
