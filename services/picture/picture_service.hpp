@@ -27,7 +27,7 @@ struct PictureOptions {
   int height = 720;           ///< [px]
   double frame_rate = 25.0;   ///< of a film [Hz]
   double speed = 1.0;         ///< of the recording in a film
-  std::string view = "free";  ///< or "top", "front", "side"
+  std::string view = "free";  ///< or "left", "top", "front", "side"
   bool dark = false;
   std::vector<std::string> layers;  ///< of the page: "goals", "ways", "halos", "planning", "binding", "names", "trails"
 };

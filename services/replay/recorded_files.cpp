@@ -4,8 +4,10 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <string_view>
 #include <utility>
 
+#include "services/config/text.hpp"
 #include "services/recorder/mcap_reader.hpp"
 #include "services/recorder/recorder.hpp"
 
@@ -80,6 +82,18 @@ std::optional<std::string> robots_folder_in(const std::vector<AttachedFile>& fil
   return std::nullopt;
 }
 
+std::string note_of(const config::CellFile& file, const view::Drawings& drawings) {
+  std::vector<std::string_view> arms;
+  std::string reason;
+  for (std::size_t i = 0; i < drawings.arms().size(); ++i) {
+    const view::ArmDrawing& drawing = drawings.arms()[i];
+    if (drawing.has_visuals || drawing.note.empty()) continue;
+    if (arms.empty()) reason = drawing.note;
+    arms.push_back(file.cell.arms[i].arm.name);
+  }
+  return arms.empty() ? "" : "drawn by collision shapes: " + config::listed(arms) + "; " + reason;
+}
+
 void require_same_cell(const std::string& first, const AttachedFile& expected, const std::string& path) {
   const std::vector<AttachedFile> files = attachments_in(path);
   const AttachedFile* cell = cell_file_in(files);
@@ -102,7 +116,8 @@ RecordedFiles read_recorded_files(const std::vector<std::string>& paths) {
   if (const auto folder = robots_folder_in(files)) robots.emplace("HECATON_ROBOTS", *folder);
   config::CellFile file = config::load_cell_file(cell->name, copies->path());
   view::Drawings drawings(file, copies->path());
-  return {std::move(copies), std::move(file), std::move(drawings)};
+  std::string note = note_of(file, drawings);
+  return {std::move(copies), std::move(file), std::move(drawings), std::move(note)};
 }
 
 }  // namespace hecaton::services::replay

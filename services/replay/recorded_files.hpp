@@ -14,12 +14,14 @@ namespace hecaton::services::replay {
 struct RecordedFiles {
   std::shared_ptr<const TemporaryFolder> folder;  ///< of the copies: the drawings are read from it
   config::CellFile cell;
-  view::Drawings drawings;  ///< meshes of visual elements are those of the recording, else those of this machine
+  view::Drawings drawings;  ///< only of files of the recording
+  std::string note;         ///< which arms are drawn by their collision shapes, and why: a line; empty: none
 };
 
-/// Writes them into a temporary folder, and reads them there. Sets HECATON_ROBOTS meanwhile, so that no other thread
-/// may run. Throws recorder::RecordingError or config::ConfigError with a sentence: the recording has no cell file,
-/// another cell's than the former paths, or one that this version of Hecaton refuses.
+/// Writes them into a temporary folder, and reads them there. A recording may come from elsewhere: no other file is
+/// read, and no xacro is expanded. Sets HECATON_ROBOTS meanwhile, so that no other thread may run. Throws
+/// recorder::RecordingError or config::ConfigError with a sentence: the recording has no cell file, another cell's than
+/// the former paths, or one that this version of Hecaton refuses.
 [[nodiscard]] RecordedFiles read_recorded_files(const std::vector<std::string>& paths);
 
 }  // namespace hecaton::services::replay

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "planner/model/xacro.hpp"
+#include "services/config/text.hpp"
 
 namespace hecaton::services::view {
 namespace {
@@ -21,11 +22,11 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The URDF's text; empty when it cannot be read. A snapshot already holds what xacro wrote.
+/// The URDF's text; empty when it cannot be read. A snapshot holds what xacro wrote.
 std::string urdf_text(const config::RobotFiles& robot, const planner::SourceFiles& sources) {
   const fs::path place = sources.place(robot.urdf);
   std::string text = content_of(place);
-  if (text.find("<xacro:") == std::string::npos) return text;
+  if (place != fs::path(robot.urdf) || text.find("<xacro:") == std::string::npos) return text;
   try {
     planner::SourceFiles read = sources;
     return planner::expand_xacro(robot.urdf, read, {robot.xacro_arguments, robot.packages, "", ""}).value_or("");
@@ -124,7 +125,7 @@ ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::Source
   const std::string text = urdf_text(robot, sources);
   drawing.has_visuals = text.find("<visual") != std::string::npos;
   if (text.empty()) {
-    drawing.note = robot.urdf + " cannot be read: the arm is drawn by its collision shapes";
+    drawing.note = config::printable_path(robot.urdf) + " cannot be read: the arm is drawn by its collision shapes";
   }
   if (!drawing.has_visuals) return drawing;
   bool found_some = false;
@@ -141,8 +142,9 @@ ArmDrawing Drawings::draw(const config::RobotFiles& robot, const planner::Source
       return std::string();
     }
   });
-  // Without any of its meshes the arm would be invisible: the cell was recorded on another machine, for example.
-  if (!drawing.note.empty() && !found_some) drawing.has_visuals = false;
+  // Without any of its meshes the arm would be invisible. Of a recording, all of them are there or the shapes are
+  // drawn.
+  if (!drawing.note.empty() && (!found_some || !recorded_.empty())) drawing.has_visuals = false;
   return drawing;
 }
 
@@ -159,6 +161,9 @@ fs::path Drawings::mesh_file(const std::string& uri, const config::RobotFiles& r
                                       [&](const fs::path& file) { return file.string().ends_with(end); });
       if (found != recorded_files_.end()) return *found;
     }
+    // It may come from elsewhere, and name any file of this machine.
+    throw planner::ModelError(config::printable_path(robot.urdf) + ": the recording has no mesh '" +
+                              config::printable_path(uri) + "'");
   }
   // The snapshot of an agent has collision meshes only, so that meshes come from where they are.
   planner::SourceFiles in_place;

@@ -26,7 +26,8 @@ struct ArmDrawing {
 class Drawings {
  public:
   /// Reads the URDFs. What cannot be read is left out with a note; never throws because of a file. `recorded`: a folder
-  /// of copies, as a snapshot of planner::SourceFiles, whose meshes are taken first; it must outlive the object.
+  /// of copies, as a snapshot of planner::SourceFiles; it must outlive the object. Then no other mesh is read, and an
+  /// arm without one of its meshes is drawn by its collision shapes.
   explicit Drawings(const config::CellFile& file, const std::filesystem::path& recorded = {});
 
   [[nodiscard]] const std::vector<ArmDrawing>& arms() const { return arms_; }  ///< one per arm of the cell

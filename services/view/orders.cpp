@@ -1,7 +1,9 @@
 #include "services/view/orders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 #include "services/config/text.hpp"
@@ -192,8 +194,23 @@ void Orders::accept(const Sender& from, const Json& message, Clock::time_point n
     return answer(from, op, true, true, "released");
   }
   if (!controls(from.page)) throw Refusal("this page does not control the cell");
+  if (op != op_of(ModeOrder::kHold) && op != op_of(ModeOrder::kStop)) require_fresh(message, now);
   if (const auto order = mode_order(op)) return give_mode(from, *order, arms_in(message));
   enqueue(order_of(from, op, message));
+}
+
+/// Other programs than the page show no state, and name none.
+void Orders::require_fresh(const Json& message, Clock::time_point now) const {
+  const auto seen = message.find("seen");
+  if (seen == message.end()) return;
+  if (!seen->is_number()) throw Refusal("the order needs 'seen', a number of milliseconds");
+  const std::chrono::duration<double, std::milli> sent(seen->get<double>());
+  const std::chrono::duration<double> delay = now - began_ - sent;
+  if (std::abs(delay.count()) <= std::chrono::duration<double>(kLongestDelay).count()) return;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f", delay.count());
+  throw Refusal(std::string("the order came ") + text.data() + " s after the state that its page showed (limit " +
+                std::to_string(kLongestDelay.count()) + " s): look at the cell, and order again");
 }
 
 void Orders::take_control(const Sender& from, const Json& message, Clock::time_point now) {

@@ -6,6 +6,10 @@
 /// for kControlLease. No other page can take it meanwhile. An order that waits when its page leaves is not sent, except
 /// a hold or a stop. Hold, resume and stop do not wait for other orders (services/client/mode_orders.hpp).
 ///
+/// A page names with its order the newest state that it has received. TCP keeps what a page sends while the network
+/// stalls: an order that arrives more than kLongestDelay after the server sent that state is refused, but for a hold or
+/// a stop. Both times are of the server's steady clock.
+///
 /// The stop is an order over the network. It is not a safety function.
 
 #include <chrono>
@@ -38,6 +42,10 @@ namespace hecaton::services {
 /// The page sends a message each two seconds while it controls.
 inline constexpr std::chrono::seconds kControlLease{10};
 
+/// A state is sent each 33 ms, and a round trip over a slow network with a busy browser takes up to a second. A person
+/// does not notice a second more.
+inline constexpr std::chrono::seconds kLongestDelay{2};
+
 struct OrderOptions {
   bool stop = true;        ///< pages without control may stop the cell
   std::string token;       ///< of the page that controls; empty: no page may control
@@ -68,6 +76,8 @@ class Orders {
   /// Ends the control of a page that is silent.
   void update(Clock::time_point now);
 
+  /// The states that pages name have times since then.
+  [[nodiscard]] Clock::time_point began() const { return began_; }
   /// What pages shall receive since the last call.
   [[nodiscard]] Replies take_replies();
   /// Which page controls and what pages may order, for all pages. Empty: unchanged since the last call.
@@ -103,6 +113,7 @@ class Orders {
   };
 
   void accept(const Sender& from, const view::Json& message, Clock::time_point now);
+  void require_fresh(const view::Json& message, Clock::time_point now) const;
   void take_control(const Sender& from, const view::Json& message, Clock::time_point now);
   void end_control(const char* reason);
   void withdraw(const WebClient& page);

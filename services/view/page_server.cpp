@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "services/view/cell_json.hpp"
@@ -26,19 +27,21 @@ std::string text_of(const view::Json& message) {
   return message.dump(-1, ' ', false, view::Json::error_handler_t::replace);
 }
 
-std::optional<WebFile> mesh_file(const std::filesystem::path& path) {
+std::optional<std::string> content_of_mesh(const std::filesystem::path& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;  // a pipe has no end
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return std::nullopt;
-  const auto content =
-      std::make_shared<const std::string>(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-  return WebFile{"application/octet-stream", content};
+  return std::string(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
 }
 
 std::optional<WebFile> file_at(const view::Drawings& drawings, std::string_view path) {
   for (const view::ArmDrawing& arm : drawings.arms()) {
     if (arm.has_visuals && path == arm.url) return WebFile{"application/xml", std::make_shared<std::string>(arm.urdf)};
   }
-  if (const auto mesh = drawings.mesh(path)) return mesh_file(*mesh);
+  if (const auto mesh = drawings.mesh(path)) {
+    return WebFile{"application/octet-stream", nullptr, false, [file = *mesh] { return content_of_mesh(file); }};
+  }
   return view::page_file(path);
 }
 
@@ -50,8 +53,8 @@ WebServerOptions with_files(WebServerOptions web, const view::Drawings& drawings
 }  // namespace
 
 PageServer::PageServer(const CellFeed& feed, const config::CellFile& file, const view::Drawings& drawings,
-                       WebServerOptions web)
-    : feed_(feed), server_(with_files(std::move(web), drawings)) {
+                       WebServerOptions web, bus::Clock::time_point began)
+    : feed_(feed), began_(began), server_(with_files(std::move(web), drawings)) {
   publish(Channel::kCell, view::cell_json(file, drawings.arms()));
 }
 

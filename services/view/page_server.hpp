@@ -16,8 +16,9 @@ namespace hecaton::services {
 class PageServer {
  public:
   /// Listens from now on. The references must outlive it. `web.file` is its own. Throws std::runtime_error with a
-  /// sentence when the address cannot be used.
-  PageServer(const CellFeed& feed, const config::CellFile& file, const view::Drawings& drawings, WebServerOptions web);
+  /// sentence when the address cannot be used. The times of states are since `began`.
+  PageServer(const CellFeed& feed, const config::CellFile& file, const view::Drawings& drawings, WebServerOptions web,
+             bus::Clock::time_point began = bus::Clock::now());
 
   /// Sends what is due, or after a leap of the feed all. `now`: of the steady clock.
   void publish(bus::Clock::time_point now);
@@ -32,7 +33,7 @@ class PageServer {
 
  private:
   const CellFeed& feed_;
-  bus::Clock::time_point began_ = bus::Clock::now();
+  const bus::Clock::time_point began_;
   bus::Clock::time_point frame_at_{};
   bus::Clock::time_point status_at_{};
   std::uint64_t obstacle_edition_ = 0;  ///< last published

@@ -148,7 +148,7 @@ void ViewService::listen(bus::Clock::time_point now) {
   if (now < listen_at_) return;
   listen_at_ = now + kListenPeriod;
   try {
-    auto server = std::make_unique<PageServer>(feed_, file_, drawings_, web_);
+    auto server = std::make_unique<PageServer>(feed_, file_, drawings_, web_, orders_->began());
     web_.port = server->port();
     if (!token_file_.empty()) write_token_file(token_file_, url_with_tokens());
     server_ = std::move(server);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -20,6 +21,8 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include "services/view/file_thread.hpp"
+#include "services/view/web_pace.hpp"
 #include "services/view/web_request.hpp"
 #include "services/view/web_stream.hpp"
 
@@ -61,10 +64,23 @@ Response moved(const Request& request, http::status status, const std::string& a
 /// State that the thread of the server owns, unless a member says otherwise.
 struct Shared;
 
+/// Counts one connection of an address, also as a WebSocket.
+class Place {
+ public:
+  Place(Shared& shared, std::string address);
+  ~Place();
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+
+ private:
+  Shared& shared_;
+  const std::string address_;
+};
+
 /// One WebSocket. It keeps itself alive as long as an operation is under way.
 class LiveClient : public std::enable_shared_from_this<LiveClient> {
  public:
-  LiveClient(WebStream stream, Shared& shared);
+  LiveClient(WebStream stream, std::unique_ptr<Place> place, Shared& shared);
   void accept(Request request);
   void offer(std::size_t channel, const Message& message);
   void send(const Message& message);
@@ -78,6 +94,9 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
   void leave();
 
   websocket::stream<WebStream> stream_;
+  std::unique_ptr<Place> place_;
+  asio::steady_timer pause_{stream_.get_executor()};
+  WebPace pace_;
   Shared& shared_;
   WebClient who_;
   Request request_;
@@ -91,7 +110,7 @@ class LiveClient : public std::enable_shared_from_this<LiveClient> {
 /// One WebSocket of the sub-protocol. It keeps itself alive as long as an operation is under way.
 class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
  public:
-  ProtocolClient(WebStream stream, Shared& shared);
+  ProtocolClient(WebStream stream, std::unique_ptr<Place> place, Shared& shared);
   void accept(Request request, const std::string& name);
   void close() { beast::get_lowest_layer(stream_).close(); }
 
@@ -103,6 +122,9 @@ class ProtocolClient : public std::enable_shared_from_this<ProtocolClient> {
   void leave();
 
   websocket::stream<WebStream> stream_;
+  std::unique_ptr<Place> place_;
+  asio::steady_timer pause_{stream_.get_executor()};
+  WebPace pace_;
   Shared& shared_;
   WebClient who_;
   Request request_;
@@ -126,15 +148,22 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void begin_tls();
   void read();
   void respond();
+  void read_content();
+  void complete();
+  void write();
   bool upgrade();
-  [[nodiscard]] Response response() const;
-  [[nodiscard]] Response file(std::string_view target) const;
+  [[nodiscard]] Response response();
+  [[nodiscard]] Response file(std::string_view target);
   [[nodiscard]] bool is_admitted() const;
+  [[nodiscard]] bool shows_token() const;
   /// It counts as admitted from now on.
   void admit();
   void close() { stream_.next_layer().close(); }
 
   WebStream stream_;
+  std::unique_ptr<Place> place_;
+  asio::steady_timer pause_{stream_.get_executor()};
+  WebPace pace_;
   Shared& shared_;
   const std::string address_;
   bool unadmitted_ = true;
@@ -143,21 +172,51 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<http::request_parser<http::string_body>> parser_;
   Request request_;
   Response response_;
+  std::function<std::optional<std::string>()> unread_;  // the body of the response; empty: it has its body
 };
 
 struct Shared {
   WebServerOptions options;
   std::uint16_t port = 0;
+  FileThread* files = nullptr;
   std::optional<asio::ssl::context> tls;  // empty: connections are not encrypted
   Messages newest;
   std::set<std::shared_ptr<LiveClient>> clients;
   std::set<std::shared_ptr<ProtocolClient>> protocol_clients;
-  int connections = 0;                    // HTTP
+  int connections = 0;                    // HTTP and WebSockets
+  std::map<std::string, int> places;      // the same by address
   std::map<std::string, int> unadmitted;  // of these, by address: not admitted yet
   std::uint64_t numbers = 0;              // given to WebSockets
   std::atomic<int> client_count{0};       // for any thread
   std::atomic<std::uint64_t> skipped{0};  // for any thread
 };
+
+int number_of(const std::map<std::string, int>& counts, const std::string& address) {
+  const auto found = counts.find(address);
+  return found == counts.end() ? 0 : found->second;
+}
+
+/// Calls `next` when the pace allows another message.
+template <class Next>
+void keep_pace(WebPace& pace, asio::steady_timer& pause, Next next) {
+  const auto wait = pace.after_message(WebPace::Clock::now());
+  if (wait == WebPace::Clock::duration::zero()) return next();
+  pause.expires_after(wait);
+  pause.async_wait([next = std::move(next)](Error error) {
+    if (!error) next();
+  });
+}
+
+Place::Place(Shared& shared, std::string address) : shared_(shared), address_(std::move(address)) {
+  ++shared_.connections;
+  ++shared_.places[address_];
+}
+
+Place::~Place() {
+  --shared_.connections;
+  const auto count = shared_.places.find(address_);
+  if (--count->second == 0) shared_.places.erase(count);
+}
 
 WebClient next_client(Shared& shared, const tcp::socket& socket) {
   WebClient client{++shared.numbers, {}};
@@ -169,8 +228,9 @@ WebClient next_client(Shared& shared, const tcp::socket& socket) {
 
 // --- LiveClient
 
-LiveClient::LiveClient(WebStream stream, Shared& shared)
+LiveClient::LiveClient(WebStream stream, std::unique_ptr<Place> place, Shared& shared)
     : stream_(std::move(stream)),
+      place_(std::move(place)),
       shared_(shared),
       who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
 
@@ -231,7 +291,7 @@ void LiveClient::read() {
       self->shared_.options.received(self->who_, {static_cast<const char*>(bytes.data()), bytes.size()});
     }
     self->incoming_.clear();
-    self->read();
+    keep_pace(self->pace_, self->pause_, [self] { self->read(); });
   });
 }
 
@@ -244,8 +304,9 @@ void LiveClient::leave() {
 
 // --- ProtocolClient
 
-ProtocolClient::ProtocolClient(WebStream stream, Shared& shared)
+ProtocolClient::ProtocolClient(WebStream stream, std::unique_ptr<Place> place, Shared& shared)
     : stream_(std::move(stream)),
+      place_(std::move(place)),
       shared_(shared),
       who_(next_client(shared, beast::get_lowest_layer(stream_).socket())) {}
 
@@ -264,16 +325,16 @@ void ProtocolClient::accept(Request request, const std::string& name) {
 
 void ProtocolClient::open() {
   WebOpening opening;
-  opening.wake = [weak = weak_from_this()] {
-    const auto self = weak.lock();
-    if (!self) return;
-    asio::post(self->stream_.get_executor(), [weak] {
+  // Another thread never holds the client, so that none but the server's destroys it.
+  opening.wake = [weak = weak_from_this(), executor = stream_.get_executor()] {
+    asio::post(executor, [weak] {
       const auto client = weak.lock();
       if (client) client->write();
     });
   };
   opening.client = who_;
   opening.token = token_in(view_of(request_.target()));
+  opening.background = [files = shared_.files](std::function<void()> job) { return files->run(std::move(job)); };
   session_ = shared_.options.protocol.open(std::move(opening));
   write();
   read();
@@ -306,7 +367,7 @@ void ProtocolClient::read() {
     self->session_->received({static_cast<const char*>(bytes.data()), bytes.size()}, self->stream_.got_text());
     self->incoming_.clear();
     self->write();
-    self->read();
+    keep_pace(self->pace_, self->pause_, [self] { self->read(); });
   });
 }
 
@@ -328,14 +389,15 @@ void ProtocolClient::leave() {
 // --- HttpConnection
 
 HttpConnection::HttpConnection(tcp::socket socket, std::string address, Shared& shared)
-    : stream_(std::move(socket)), shared_(shared), address_(std::move(address)) {
-  ++shared_.connections;
+    : stream_(std::move(socket)),
+      place_(std::make_unique<Place>(shared, address)),
+      shared_(shared),
+      address_(std::move(address)) {
   ++shared_.unadmitted[address_];
 }
 
 HttpConnection::~HttpConnection() {
   admit();
-  --shared_.connections;
 }
 
 void HttpConnection::admit() {
@@ -382,6 +444,12 @@ bool HttpConnection::is_admitted() const {
          admits(token_in(view_of(request_.target())));
 }
 
+bool HttpConnection::shows_token() const {
+  const std::string_view target = view_of(request_.target());
+  return !cookie_in(request_, cookie_name(shared_.port)).empty() || !token_in(target).empty() ||
+         !watch_token_in(target).empty();
+}
+
 /// False: the request is none for a WebSocket, or it is refused.
 bool HttpConnection::upgrade() {
   if (unencrypted_ || !websocket::is_upgrade(request_) || !is_own_host(view_of(request_[http::field::host])) ||
@@ -391,7 +459,7 @@ bool HttpConnection::upgrade() {
   const bool own_page = is_same_origin(request_, shared_.tls ? "https://" : "http://");
   if (request_.target() == kLivePath && own_page) {
     stream_.next_layer().expires_never();
-    std::make_shared<LiveClient>(std::move(stream_), shared_)->accept(std::move(request_));
+    std::make_shared<LiveClient>(std::move(stream_), std::move(place_), shared_)->accept(std::move(request_));
     return true;
   }
   const WebProtocol& protocol = shared_.options.protocol;
@@ -399,7 +467,7 @@ bool HttpConnection::upgrade() {
   if (!is_protocol_target(view_of(request_.target())) || name.empty()) return false;
   if (!own_page && !protocol.allows(view_of(request_[http::field::origin]))) return false;
   stream_.next_layer().expires_never();
-  std::make_shared<ProtocolClient>(std::move(stream_), shared_)->accept(std::move(request_), name);
+  std::make_shared<ProtocolClient>(std::move(stream_), std::move(place_), shared_)->accept(std::move(request_), name);
   return true;
 }
 
@@ -407,6 +475,35 @@ void HttpConnection::respond() {
   if (is_admitted()) admit();
   if (upgrade()) return;
   response_ = response();
+  if (unread_) return read_content();
+  complete();
+}
+
+/// The thread of files gives its reference to the connection back: it must not destroy it.
+void HttpConnection::read_content() {
+  auto job = [self = shared_from_this(), read = std::exchange(unread_, nullptr)]() mutable {
+    std::optional<std::string> content;
+    try {
+      content = read();
+    } catch (const std::exception&) {
+      // as a file that is gone: it may be too large for the memory
+    }
+    const auto executor = self->stream_.get_executor();
+    asio::post(executor, [self = std::move(self), content = std::move(content)]() mutable {
+      if (content) {
+        self->response_.body() = std::move(*content);
+      } else {
+        self->response_ = answer(self->request_, http::status::not_found, "There is no such file.\n");
+      }
+      self->complete();
+    });
+  };
+  if (shared_.files->run(std::move(job))) return;
+  response_ = answer(request_, http::status::service_unavailable, "Too many files wait to be read; ask again.\n");
+  complete();
+}
+
+void HttpConnection::complete() {
   response_.keep_alive(request_.keep_alive() && !unadmitted_);
   response_.set(http::field::server, "hecaton-view");
   // The page changes with the program only; a browser asks each time whether it is the same.
@@ -417,14 +514,22 @@ void HttpConnection::respond() {
                 "connect-src 'self' blob: data:; frame-ancestors 'none'");
   response_.prepare_payload();
   if (request_.method() == http::verb::head) response_.body().clear();
-  stream_.next_layer().expires_after(kRequestTimeout);
-  http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
-    if (error || !self->response_.keep_alive()) return self->close();
-    self->read();
+  if (response_.result() != http::status::unauthorized || !shows_token()) return write();
+  pause_.expires_after(shared_.options.wrong_token_pause);
+  pause_.async_wait([self = shared_from_this()](Error error) {
+    if (!error) self->write();
   });
 }
 
-Response HttpConnection::response() const {
+void HttpConnection::write() {
+  stream_.next_layer().expires_after(kRequestTimeout);
+  http::async_write(stream_, response_, [self = shared_from_this()](Error error, std::size_t) {
+    if (error || !self->response_.keep_alive()) return self->close();
+    keep_pace(self->pace_, self->pause_, [self] { self->read(); });
+  });
+}
+
+Response HttpConnection::response() {
   if (!is_own_host(view_of(request_[http::field::host]))) {
     return answer(request_, http::status::forbidden,
                   "The view answers to its address, to localhost and to this machine's name only.\n");
@@ -469,10 +574,11 @@ Response HttpConnection::response() const {
   return file(target);
 }
 
-Response HttpConnection::file(std::string_view target) const {
-  const auto file = shared_.options.file ? shared_.options.file(target.substr(0, target.find('?'))) : std::nullopt;
+Response HttpConnection::file(std::string_view target) {
+  auto file = shared_.options.file ? shared_.options.file(target.substr(0, target.find('?'))) : std::nullopt;
   if (!file) return answer(request_, http::status::not_found, "There is no such file.\n");
-  Response response = answer(request_, http::status::ok, *file->content);
+  Response response = answer(request_, http::status::ok, file->read ? std::string() : *file->content);
+  unread_ = std::move(file->read);
   response.set(http::field::content_type, file->type);
   if (file->compressed) response.set(http::field::content_encoding, "gzip");
   return response;
@@ -497,6 +603,7 @@ struct WebServer::Impl {
                                ": " + error.code().message());
     }
     if (options.certificate) shared.tls.emplace(tls_context(*options.certificate));
+    shared.files = &files;
     accept();
     thread = std::thread([this] { context.run(); });
   }
@@ -506,8 +613,7 @@ struct WebServer::Impl {
       if (error == asio::error::operation_aborted) return;
       if (error) return retry();
       accept();
-      const auto sockets = static_cast<int>(shared.clients.size() + shared.protocol_clients.size());
-      if (shared.connections + sockets >= shared.options.most_connections) return;
+      if (shared.connections >= shared.options.most_connections) return;
       Error ignored;
       const std::string address = socket.remote_endpoint(ignored).address().to_string();
       if (is_crowded(address)) return;
@@ -521,9 +627,9 @@ struct WebServer::Impl {
   [[nodiscard]] bool is_crowded(const std::string& address) const {
     int all = 0;
     for (const auto& [other, count] : shared.unadmitted) all += count;
-    const auto own = shared.unadmitted.find(address);
     return all >= shared.options.most_unadmitted ||
-           (own != shared.unadmitted.end() && own->second >= shared.options.most_unadmitted_of_address);
+           number_of(shared.unadmitted, address) >= shared.options.most_unadmitted_of_address ||
+           number_of(shared.places, address) >= shared.options.most_of_address;
   }
 
   /// The kernel has no descriptor left, or the client has gone already.
@@ -539,6 +645,7 @@ struct WebServer::Impl {
   asio::io_context context{1};
   tcp::acceptor acceptor;
   asio::steady_timer pause{context};
+  FileThread files;  // its jobs use the context and `shared`
   std::thread thread;
 };
 

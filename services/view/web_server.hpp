@@ -6,8 +6,9 @@
 /// It gives messages of clients to its owner (orders.hpp, services/replay), or discards them. A page of another site
 /// can neither read the states nor send messages through the browser of a user. The server refuses a request when its
 /// header Host is a name other than localhost or this machine's own. It refuses a WebSocket when its Origin is not that
-/// Host. With `certificate` it speaks TLS only, and with `admits` it shows nothing without a token. A sub-protocol
-/// (web_session.hpp) may allow further origins for its own WebSockets, at the path "/".
+/// Host. A second thread reads files, one after the other: a slow disk does not delay an order. With `certificate` it
+/// speaks TLS only, and with `admits` it shows nothing without a token. A sub-protocol (web_session.hpp) may allow
+/// further origins for its own WebSockets, at the path "/".
 
 #include <array>
 #include <chrono>
@@ -32,6 +33,9 @@ struct WebFile {
   std::string type;  ///< MIME type
   std::shared_ptr<const std::string> content;
   bool compressed = false;  ///< `content` is a gzip stream
+  /// Instead of `content`: reads it, which may take long; empty: the file is gone. Called in the thread that reads
+  /// files, while the server goes on.
+  std::function<std::optional<std::string>()> read = {};
 };
 
 /// What a server shows to prove its name.
@@ -43,12 +47,14 @@ struct WebCertificate {
 struct WebServerOptions {
   std::string address = "127.0.0.1";  ///< IPv4 address to listen on
   std::uint16_t port = 0;             ///< 0: any free one
-  int most_connections = 128;         ///< further ones are closed at once
+  int most_connections = 128;         ///< HTTP and WebSockets; further ones are closed at once
+  int most_of_address = 64;           ///< of these, of one address
   /// Of these, the connections that have not sent a request that is admitted: in all, and of one address. Such a
   /// connection ends after `admission`, and after its first answer.
   int most_unadmitted = 96;
   int most_unadmitted_of_address = 8;
   std::chrono::milliseconds admission{5000};
+  std::chrono::milliseconds wrong_token_pause{1000};  ///< before the answer to a request with a wrong token
   std::optional<WebCertificate> certificate;  ///< connections are encrypted (TLS 1.2 or 1.3); a request that is not is
                                               ///< sent to the address with https
   /// This token, of the address "/?watch=TOKEN" or "/?token=TOKEN", admits to files and WebSockets; empty: none is

@@ -45,6 +45,9 @@ struct WebOpening {
   std::function<void()> wake;  ///< next() has something. It may be called in any thread until the server is destroyed
   WebClient client = {};
   std::string token = {};  ///< of "/?token=…" in its address; empty: none
+  /// Calls a job in the thread that reads files, later. False: too many wait. It is called in the thread of the server.
+  /// Empty: there is no such thread.
+  std::function<bool(std::function<void()> job)> background = {};
 };
 
 struct WebProtocol {

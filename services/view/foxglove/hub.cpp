@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -68,6 +69,13 @@ struct Answer {
 
 }  // namespace
 
+/// Of an asset that a client has asked for. The mutex of the hub guards it.
+struct AssetReading {
+  std::uint32_t request = 0;
+  bool done = false;
+  std::shared_ptr<const std::string> content;  // null: there is none
+};
+
 /// What a session keeps. The mutex of the hub guards all of it.
 struct Client {
   std::uint64_t number = 0;
@@ -124,10 +132,16 @@ class Hub::Session : public WebSession {
   void warn(const std::string& sentence) { send(status(Level::kWarning, sentence), true); }
   void send(std::string answer, bool text) { Hub::send(client_, std::move(answer), text); }
   [[nodiscard]] std::optional<WebFrame> waiting_message();
+  [[nodiscard]] std::optional<WebFrame> asset_frame();
+
+  /// Begins to read the next asset, unless another one is being read. Locks the mutex.
+  void read_asset();
 
   std::shared_ptr<Hub> hub_;
   Client client_;
-  std::function<void()> order_;  // to carry out without the mutex
+  std::function<bool(std::function<void()> job)> background_;
+  std::shared_ptr<AssetReading> reading_;  // empty: none
+  std::function<void()> order_;            // to carry out without the mutex
 };
 
 // --- Hub
@@ -227,6 +241,7 @@ Hub::Session::Session(std::shared_ptr<Hub> hub, WebOpening opening) : hub_(std::
   const HubOptions& options = hub_->options_;
   client_.wake = std::move(opening.wake);
   client_.who = std::move(opening.client);
+  background_ = std::move(opening.background);
   client_.may_order = options.orders.accepts && options.orders.accepts(opening.token);
   client_.subscriptions.resize(options.channels.size());
   client_.waiting.resize(options.channels.size());
@@ -267,7 +282,8 @@ std::optional<std::string> Hub::Session::end() const {
 }
 
 std::optional<WebFrame> Hub::Session::next() {
-  std::unique_lock lock(hub_->state_->mutex);
+  read_asset();
+  const std::scoped_lock lock(hub_->state_->mutex);
   if (!client_.answers.empty()) {
     WebFrame frame = std::move(client_.answers.front());
     client_.answers.pop_front();
@@ -275,21 +291,55 @@ std::optional<WebFrame> Hub::Session::next() {
     return frame;
   }
   if (client_.time) return WebFrame{time(*std::exchange(client_.time, std::nullopt)), nullptr, false};
+  if (client_.end) return std::nullopt;
   // Assets and messages take turns.
-  if (client_.assets.empty() || !client_.asset_next) {
-    if (auto message = waiting_message()) return message;
+  if (client_.asset_next) {
+    if (auto asset = asset_frame()) return asset;
   }
+  if (auto message = waiting_message()) return message;
+  return asset_frame();
+}
+
+void Hub::Session::read_asset() {
+  std::function<void()> job;
+  {
+    const std::scoped_lock lock(hub_->state_->mutex);
+    if (reading_ || client_.assets.empty()) return;
+    FetchAsset asked = std::move(client_.assets.front());
+    client_.assets.pop_front();
+    reading_ = std::make_shared<AssetReading>();
+    reading_->request = asked.request;
+    job = [hub = hub_, reading = reading_, uri = std::move(asked.uri), wake = client_.wake] {
+      std::shared_ptr<const std::string> content;
+      try {
+        if (hub->options_.asset) content = hub->options_.asset(uri);
+      } catch (const std::exception&) {
+        // as one that is gone: it may be too large for the memory
+      }
+      {
+        const std::scoped_lock locked(hub->state_->mutex);
+        reading->content = std::move(content);
+        reading->done = true;
+      }
+      wake();
+    };
+  }
+  if (!background_) return job();
+  if (background_(std::move(job))) return;
+  const std::scoped_lock lock(hub_->state_->mutex);
+  reading_->done = true;  // as one that is gone: the client asks again
+}
+
+/// The asset that was read; empty: none.
+std::optional<WebFrame> Hub::Session::asset_frame() {
+  if (!reading_ || !reading_->done) return std::nullopt;
   client_.asset_next = false;
-  if (client_.assets.empty()) return std::nullopt;
-  const FetchAsset asked = std::move(client_.assets.front());
-  client_.assets.pop_front();
-  lock.unlock();
-  auto content = hub_->options_.asset ? hub_->options_.asset(asked.uri) : nullptr;
-  if (!content) {
-    return WebFrame{asset_failure(asked.request, "the cell's robot descriptions name no such file, or it is gone"),
-                    nullptr, false};
-  }
-  return WebFrame{asset(asked.request), std::move(content), false};
+  const auto read = std::exchange(reading_, nullptr);
+  if (read->content) return WebFrame{asset(read->request), read->content, false};
+  return WebFrame{asset_failure(read->request,
+                                "the cell's robot descriptions name no such file, or it is gone, or too many files "
+                                "wait to be read"),
+                  nullptr, false};
 }
 
 std::optional<WebFrame> Hub::Session::waiting_message() {

@@ -32,7 +32,7 @@ struct HubOptions {
   ServerInfo info;  ///< without capabilities and session
   std::vector<HubChannel> channels;
   Json parameters = Json::array();  ///< {name, value, type?}; they never change
-  /// The content of an asset; empty: there is none. Called in the thread of the web server.
+  /// The content of an asset; empty: there is none. Called in WebOpening::background.
   std::function<std::shared_ptr<const std::string>(std::string_view uri)> asset;
   /// Clients that it accepts have services for hold, resume and stop, of the cell and of each of these arms.
   OrderReceiver orders;

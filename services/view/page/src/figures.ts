@@ -98,6 +98,24 @@ function isDrawable(object: THREE.Object3D): boolean {
   return drawable;
 }
 
+/** Of a box around each drawn mesh or cloud of points, which has the axes of its body, in W. */
+export function cornersOf(object: THREE.Object3D): THREE.Vector3[] {
+  const corners: THREE.Vector3[] = [];
+  object.traverseVisible((part) => {
+    if (!(part instanceof THREE.Mesh || part instanceof THREE.Points)) return;
+    const geometry = part.geometry as THREE.BufferGeometry;
+    if (geometry.boundingBox === null) geometry.computeBoundingBox();
+    const box = geometry.boundingBox;
+    if (box === null || box.isEmpty()) return;
+    for (const x of [box.min.x, box.max.x]) {
+      for (const y of [box.min.y, box.max.y]) {
+        for (const z of [box.min.z, box.max.z]) corners.push(new THREE.Vector3(x, y, z).applyMatrix4(part.matrixWorld));
+      }
+    }
+  });
+  return corners;
+}
+
 /** The links of an arm as a tree of three's objects, in any configuration. */
 class LinkTree {
   readonly root = new THREE.Group();
@@ -329,6 +347,10 @@ export class ArmFigure {
   /** The frame of the tool in W. */
   toolMatrix(): THREE.Matrix4 {
     return matrixOf(this.arm.tool).premultiply(this.tree.links[this.arm.tool_link].matrixWorld);
+  }
+  /** Of all that is drawn of it, and of its goal. */
+  corners(): THREE.Vector3[] {
+    return [this.tree.root, this.ghost.root].flatMap(cornersOf);
   }
   /** For hits of the pointer. */
   get parts(): THREE.Object3D[] {

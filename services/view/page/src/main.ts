@@ -2,7 +2,7 @@
 import { Connection } from "./connection";
 import { DraftBar } from "./draft_bar";
 import { GoalDraft } from "./goal_draft";
-import { OrderBook, tokenIn } from "./orders";
+import { MOST_SILENCE, OrderBook, tokenIn } from "./orders";
 import { OrdersPanel } from "./orders_panel";
 import { byId, Panel } from "./panel";
 import { Plots } from "./plots";
@@ -205,7 +205,16 @@ timeline.arm = () => selected;
 const token = tokenIn(location.hash) ?? sessionStorage.getItem("token");
 if (token !== null) sessionStorage.setItem("token", token);
 if (tokenIn(location.hash) !== null) history.replaceState(null, "", location.pathname);
-const orders = new OrderBook((message) => connection.send(message), token);
+const orders = new OrderBook((message) => connection.send(message), token, () => connection.silence,
+                              () => connection.seen);
+// Where this page is open already, the address with the token changes the fragment only.
+window.addEventListener("hashchange", () => {
+  const given = tokenIn(location.hash);
+  if (given === null) return;
+  sessionStorage.setItem("token", given);
+  history.replaceState(null, "", location.pathname);
+  location.reload();
+});
 const ordersPanel = new OrdersPanel(byId("orders"), byId("stop") as HTMLButtonElement, orders);
 setInterval(() => orders.keepControl(), 2000);
 orders.onChange = () => {
@@ -261,13 +270,10 @@ function toggleDraft(): void {
     draft.begin(selected, scene.jointsOf(selected));
   }
 }
-/** The one order of a drag. */
+/** The one order of a drag, which ends once it is sent. */
 function goThere(): void {
   const order = draft.order;
-  if (order === null) return;
-  const arm = draft.arm;
-  draft.cancel();
-  orders.give(order, `${arm} to the dragged goal`);
+  if (order !== null && orders.give(order, `${draft.arm} to the dragged goal`)) draft.cancel();
 }
 actions.set("d", toggleDraft);
 ordersPanel.onDrag = toggleDraft;
@@ -300,8 +306,17 @@ function addReplayKeys(): void {
   }
 }
 
-connection.onState = (connected) => {
-  byId("offline").hidden = connected;
+const OFFLINE = "The page has lost its connection to its server. What it shows is old. It tries again.";
+const SILENT = "The page hears nothing from its server. What it shows is old, and orders may arrive late.";
+let connected = true; // no message before the first attempt
+function showOffline(): void {
+  const offline = byId("offline");
+  offline.hidden = connected && !(connection.silence > MOST_SILENCE && Number.isFinite(connection.silence));
+  offline.textContent = connected ? SILENT : OFFLINE;
+}
+connection.onState = (now) => {
+  connected = now;
+  showOffline();
   if (!connected) orders.disconnected();
 };
 connection.onMessage = (message: Message, now: number) => {
@@ -370,6 +385,7 @@ function showJoints(frame: FrameMessage): void {
 
 setInterval(() => {
   const { framesPerSecond, scriptMean } = scene.statistics;
+  showOffline();
   byId("rate").textContent = `${framesPerSecond.toFixed(0)} fps  ${scriptMean.toFixed(1)} ms`;
   if (!status) return;
   panel.setStatus(status, ageOf); // ages grow also while nothing arrives

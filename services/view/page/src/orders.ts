@@ -9,6 +9,10 @@ export interface Entry {
 }
 
 const MOST_ENTRIES = 20;
+/** What a person orders for a scene older than this may arrive late, in a cell that has changed [ms]. */
+export const MOST_SILENCE = 3000;
+/** These make arms stand, or move nothing: they are sent also to a server that was not heard. */
+const ALWAYS_SENT = new Set(["stop", "hold", "take", "release"]);
 
 /** The token in the fragment of an address: "#token=…"; null: there is none. */
 export function tokenIn(hash: string): string | null {
@@ -27,7 +31,9 @@ export class OrderBook {
   private asked = false; // for control, or seen that another page has it, since the page was opened
   private ids = 0;
 
-  constructor(private readonly send: (message: Sent) => boolean, private readonly token: string | null) {}
+  /** `silence`: since the server was heard [ms]. `seen`: time of the newest state on the server's clock [ms]; null: none. */
+  constructor(private readonly send: (message: Sent) => boolean, private readonly token: string | null,
+              private readonly silence: () => number, private readonly seen: () => number | null) {}
 
   setControl(control: ControlMessage): void {
     this.control = control;
@@ -69,9 +75,12 @@ export class OrderBook {
   /** False: it was not sent. */
   give(order: Order, text: string): boolean {
     const id = ++this.ids;
-    const sent = this.send({ ...order, id });
-    this.add({ id, op: order.op, state: sent ? "waiting" : "failed",
-               text: sent ? text : `Not sent, there is no connection: ${text}` });
+    const always = ALWAYS_SENT.has(order.op);
+    const seen = this.seen();
+    const old = !always && (seen === null || this.silence() > MOST_SILENCE);
+    const sent = !old && this.send(always || seen === null ? { ...order, id } : { ...order, id, seen });
+    const why = old ? "the page hears nothing from its server" : "there is no connection";
+    this.add({ id, op: order.op, state: sent ? "waiting" : "failed", text: sent ? text : `Not sent, ${why}: ${text}` });
     this.onChange();
     return sent;
   }

@@ -84,6 +84,8 @@ async function visitTrail(request: Request, scene: CellScene, arrivals: Arrivals
 
 async function picture(request: PictureRequest, scene: CellScene, arrivals: Arrivals): Promise<ArrayBuffer> {
   await arrivals.frameAt(request.at);
+  scene.drawPicture(); // moves the bodies to their places
+  scene.frame(request.view);
   const canvas = scene.drawPicture();
   const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, "image/png"));
   if (blob === null) throw new Error("the browser makes no PNG of this size");

@@ -269,12 +269,13 @@ export type Order =
   | { op: "obstacle_remove"; name: string };
 
 /** What a page sends. `alive` keeps the control of a page that gives no order. `preview` asks for joint positions that
- * bring the tool to a pose, from those of `start`; only the newest question has an answer. */
+ * bring the tool to a pose, from those of `start`; only the newest question has an answer. The server refuses an order
+ * that arrives long after it sent the state `seen`, unless it makes arms stand. */
 export type Sent =
   | Command
   | { op: "alive" }
   | { op: "preview"; id: number; arm: string; pose: Pose; start: number[] }
-  | (Order & { id: number });
+  | (Order & { id: number; seen?: number }); // `seen`: the `t` of the newest frame or status
 
 export type Message =
   CellMessage | ObstaclesMessage | FrameMessage | StatusMessage | MotionsMessage | RecordingMessage | PlaybackMessage | ControlMessage |

@@ -1,7 +1,8 @@
 /// The scene: cameras, bodies, and what is drawn between them.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { ArmFigure, armColour, Label, ObstacleFigure, PairLine, place } from "./figures";
+import { ArmFigure, armColour, cornersOf, Label, ObstacleFigure, PairLine, place } from "./figures";
+import { fitting } from "./framing";
 import { GhostDrag } from "./ghost_drag";
 import { Gizmo } from "./gizmo";
 import { PoseTrack, ServerClock, SHOWN_DELAY, StateNumbers, Track } from "./motion";
@@ -22,15 +23,18 @@ export interface Toggles {
   trails: boolean;
 }
 
-export type Preset = "free" | "top" | "front" | "side";
+export type Preset = "free" | "left" | "top" | "front" | "side";
 
 const PRESETS: Record<Preset, THREE.Vector3> = {
   free: new THREE.Vector3(0.9, -1.1, 0.75),
+  left: new THREE.Vector3(0.9, 1.1, 0.75),
   top: new THREE.Vector3(0, -0.001, 1),
   front: new THREE.Vector3(1, 0, 0.12),
   side: new THREE.Vector3(0, -1, 0.12),
 };
 const TRAIL_POINTS = 90; // three seconds
+const PICTURE_MARGIN = 0.06; // of half the size of a picture
+const LARGEST = 2.5; // an obstacle that is larger than so many times all arms together is no part of a picture
 
 /** How the ghost of a dragged goal looks. */
 export type DraftLook = "free" | "near" | "blocked";
@@ -353,6 +357,16 @@ export class CellScene {
     this.controls.update();
   }
 
+  /** Looks from there so that the bodies fill the picture as they stand now, with goals that are shown. */
+  frame(preset: Preset): void {
+    this.look(preset); // for a cell without bodies
+    const place = fitting(this.camera, PRESETS[preset].clone().normalize(), this.corners(), PICTURE_MARGIN);
+    if (place === null) return;
+    this.controls.target.copy(place.target);
+    this.camera.position.copy(place.position);
+    this.controls.update();
+  }
+
   /** Cuts the bodies across an axis in the middle of the arms, and leaves out the side of the camera. Null: no section. */
   cut(axis: Axis | null): void {
     if (axis === null) return this.section.set(null, 0, 1);
@@ -548,6 +562,21 @@ export class CellScene {
     for (const { figure } of this.arms.values()) box.expandByObject(figure.tree.root);
     if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, 0), new THREE.Vector3(1, 1, 1));
     return box;
+  }
+
+  /** Of boxes around the links of all arms and their shown goals, and around obstacles: without a hall, and without what
+   * the arms stand on. */
+  private corners(): THREE.Vector3[] {
+    this.scene.updateMatrixWorld();
+    const corners = [...this.arms.values()].flatMap(({ figure }) => figure.corners());
+    const arms = new THREE.Box3().setFromPoints(corners);
+    const largest = LARGEST * Math.max(1, arms.getSize(this.vector).length());
+    for (const { figure } of this.obstacles.values()) {
+      const box = new THREE.Box3().setFromObject(figure.group);
+      const below = box.max.z <= arms.min.z + 0.02;
+      if (!box.isEmpty() && !below && box.getSize(this.vector).length() <= largest) corners.push(...cornersOf(figure.group));
+    }
+    return corners;
   }
 
   private layGrid(): void {

@@ -50,12 +50,21 @@ try {
   for (const key of ["g", "b", "n", "w"]) await page.keyboard.press(key); // bodies only
   await page.evaluate(() => window.hecaton.scene.loading);
 
+  const indexOf = (name) => cell.arms.findIndex((arm) => arm.name === name);
+  const placedIn = (shot, name) => pointsOf(cell.arms[indexOf(name)], shot.arms[name]).map((point) => onScreen(shot, point));
+  const isApart = ({ x, y }, bodies) => bodies.every((body) => Math.hypot(body.x - x, body.y - y) > 2 * body.radius);
+  /** Where bodies of an arm were in a former shot, and none is now. */
+  const leftBy = (name, now, former) => placedIn(former, name).filter((point) => isApart(point, placedIn(now, name)));
+
+  // Five frames between which arms have left places. A joint that turns far may move no body (the spindle of a SCARA).
   const shots = [];
-  for (let i = 0; i < 5; ++i) {
-    const before = shots[i - 1]?.arms ?? {};
+  while (shots.length < 5) {
+    const before = shots.at(-1);
     await page.waitForFunction((arms) => Object.entries(arms).every(([arm, { q }]) =>
-      window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.3)), before); // each arm has moved by some widths of a link
-    shots.push({ ...await shootFresh(page, names), hues: await huesOf(page) });
+      window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.1)), before?.arms ?? {});
+    const shot = await shootFresh(page, names);
+    if (before && !names.some((name) => leftBy(name, shot, before).length > 1)) continue;
+    shots.push({ ...shot, hues: await huesOf(page) });
   }
   if (picture) await page.screenshot({ path: picture });
 
@@ -84,17 +93,15 @@ try {
   const share = (shot, points, index) => points.filter((point) => isHue(hueAt(shot, point), index)).length / points.length;
   let [leastThere, there, mostElsewhere, elsewhere, stray] = [1, 0, 0, 0, 0];
   for (const name of names) {
-    const index = cell.arms.findIndex((arm) => arm.name === name);
-    const placed = shots.map((shot) => pointsOf(cell.arms[index], shot.arms[name]).map((point) => onScreen(shot, point)));
+    const index = indexOf(name);
+    const placed = shots.map((shot) => placedIn(shot, name));
     shots.forEach((shot, i) => {
       leastThere = Math.min(leastThere, share(shot, placed[i], index));
       there += share(shot, placed[i], index) / shots.length / names.length;
       // The same points of the other frames: were the arm drawn there, this picture would not have its colour here.
       shots.forEach((_, k) => {
-        const apart = placed[i].filter((point, n) => placed[i].every((own) =>
-          Math.hypot(placed[k][n].x - own.x, placed[k][n].y - own.y) > 2 * own.radius));
-        if (apart.length === 0) return;
-        const former = placed[k].filter((_, n) => apart.includes(placed[i][n]));
+        const former = placed[k].filter((point) => isApart(point, placed[i]));
+        if (former.length === 0) return;
         mostElsewhere = Math.max(mostElsewhere, share(shot, former, index));
         elsewhere += former.length;
       });

@@ -48,6 +48,15 @@ try {
   assert.equal(await watcher.locator("#controls").isVisible(), false);
   assert.equal(await watcher.locator("#stop").isVisible(), true);
 
+  step("the address with the token where the page is open");
+  const late = await open(url);
+  const reloaded = late.waitForEvent("load", { timeout: 110_000 });
+  await late.evaluate((fragment) => (location.hash = fragment), address.split("#")[1]);
+  await reloaded;
+  assert.equal(await late.evaluate(() => location.href), url);
+  assert.equal(await late.evaluate(() => sessionStorage.getItem("token")), address.split("#token=")[1]);
+  await late.close();
+
   step("a goal");
   // A goal, and its outcome.
   await mode(driver, "RUN");

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { OrderBook, tokenIn } from "../src/orders";
-import type { ControlMessage, ReplyMessage, Sent } from "../src/protocol";
+import { MOST_SILENCE, OrderBook, tokenIn } from "../src/orders";
+import type { ControlMessage, Order, ReplyMessage, Sent } from "../src/protocol";
 
 const TOKEN = "0123456789abcdef".repeat(4);
 
@@ -12,13 +12,19 @@ const reply = (id: number, op: string, change: Partial<ReplyMessage> = {}): Repl
   type: "reply", id, op, done: true, final: true, text: "text", ...change,
 });
 
-function opened(token: string | null = TOKEN): { book: OrderBook; sent: Sent[]; link: { up: boolean } } {
+interface Link {
+  up: boolean;
+  silence: number; // [ms]
+  seen: number | null; // [ms]
+}
+
+function opened(token: string | null = TOKEN): { book: OrderBook; sent: Sent[]; link: Link } {
   const sent: Sent[] = [];
-  const link = { up: true };
+  const link = { up: true, silence: 20, seen: 5000.5 };
   const book = new OrderBook((message) => {
     if (link.up) sent.push(message);
     return link.up;
-  }, token);
+  }, token, () => link.silence, () => link.seen);
   return { book, sent, link };
 }
 
@@ -113,4 +119,44 @@ test("an order has its outcome", () => {
   assert.equal(book.entries[0].state, "waiting");
   book.setReply(reply(id, "goal", { done: false, text: "rejected, no path" }));
   assert.deepEqual(book.entries[0], { id, op: "goal", state: "failed", text: "rejected, no path" });
+});
+
+test("what moves arms is not sent to a server that was not heard for long: it may arrive late", () => {
+  const { book, sent, link } = controlling();
+  link.silence = MOST_SILENCE + 1;
+  const moving: Order[] = [
+    { op: "resume" }, { op: "resume", arms: ["north"] }, { op: "goal", arm: "north", named: "ready" },
+    { op: "goal", arm: "north", q: [0] }, { op: "obstacle_move", name: "crate", pose: [0, 0, 0, 0, 0, 0, 1] },
+    { op: "obstacle_remove", name: "crate" },
+  ];
+  for (const order of moving) {
+    assert.equal(book.give(order, "move"), false);
+    assert.equal(book.entries[0].state, "failed");
+    assert.equal(book.entries[0].text, "Not sent, the page hears nothing from its server: move");
+  }
+  assert.equal(sent.length, 0);
+  book.stop();
+  assert.equal(book.give({ op: "hold", arms: ["north"] }, "hold north"), true);
+  assert.deepEqual(sent.map((message) => message.op), ["stop", "hold"]);
+  link.silence = MOST_SILENCE;
+  assert.equal(book.give({ op: "resume" }, "resume"), true);
+});
+
+test("what moves arms names the newest state, so that the server can refuse it when it arrives late", () => {
+  const { book, sent, link } = controlling();
+  book.give({ op: "resume" }, "resume");
+  link.seen = 6000;
+  book.give({ op: "obstacle_remove", name: "crate" }, "remove crate");
+  book.give({ op: "hold" }, "hold the cell");
+  book.stop();
+  assert.deepEqual(sent, [{ op: "resume", id: 2, seen: 5000.5 }, { op: "obstacle_remove", name: "crate", id: 3, seen: 6000 },
+                          { op: "hold", id: 4 }, { op: "stop", id: 5 }]);
+});
+
+test("what moves arms is not sent before a state was received", () => {
+  const { book, sent, link } = controlling();
+  link.seen = null;
+  assert.equal(book.give({ op: "resume" }, "resume"), false);
+  assert.equal(book.give({ op: "hold" }, "hold the cell"), true);
+  assert.deepEqual(sent, [{ op: "hold", id: 3 }]);
 });

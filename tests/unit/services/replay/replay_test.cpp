@@ -5,22 +5,17 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "services/recorder/recorder.hpp"
-#include "services/recorder/recording.hpp"
 #include "services/replay/explain.hpp"
-#include "services/replay/recorded_files.hpp"
 #include "services/runtime/cause.hpp"
 #include "services/view/state_json.hpp"
-#include "tests/support/cdr.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/replay/tape.hpp"
 
 namespace hecaton::services::replay {
 namespace {
@@ -29,80 +24,6 @@ using namespace std::chrono_literals;
 using test::TemporaryFolder;
 using Time = bus::Clock::time_point;
 using view::Json;
-
-const std::string kCell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_puma.yaml";
-const Time kBegan{1'700'000'000s};
-
-std::uint64_t unix_ns(Time time) {
-  return static_cast<std::uint64_t>(time.time_since_epoch().count());
-}
-
-const config::CellFile& cell_file() {
-  static const config::CellFile file = config::load_cell_file(kCell);
-  return file;
-}
-
-template <class T>
-std::size_t topic_index() {
-  for (std::size_t i = 0; i < bus::kTopics.size(); ++i) {
-    if (bus::kTopics[i].name == bus::Topic<T>::kInfo.name) return i;
-  }
-  return bus::kTopics.size();
-}
-
-/// Writes messages at given times after kBegan.
-class Tape {
- public:
-  explicit Tape(recorder::RecordingOptions options, const config::CellFile& file = cell_file())
-      : recording_(std::move(options), recorder::attachments_of(file), unix_ns(kBegan)) {}
-
-  template <class T>
-  void write(const T& message, bus::Clock::duration at, std::uint8_t writer = 1) {
-    recorder::RecordedSample recorded = sample<T>(bus::key_of(message), at, writer);
-    recorded.sample.bytes = test::cdr_of(message);
-    put(std::move(recorded));
-  }
-  template <class T>
-  void withdraw(const std::string& key, bus::Clock::duration at) {
-    recorder::RecordedSample recorded = sample<T>(key, at, 1);
-    recorded.sample.withdrawn = true;
-    put(std::move(recorded));
-  }
-  std::vector<std::string> close() {
-    recording_.close();
-    return recording_.files();
-  }
-
- private:
-  template <class T>
-  recorder::RecordedSample sample(const std::string& key, bus::Clock::duration at, std::uint8_t writer) {
-    recorder::RecordedSample recorded;
-    recorded.sample.topic = topic_index<T>();
-    recorded.sample.key = key;
-    recorded.sample.writer.bytes[0] = writer;
-    recorded.sample.number = ++number_;
-    recorded.log_time = unix_ns(kBegan + at);
-    return recorded;
-  }
-  void put(recorder::RecordedSample recorded) {
-    const std::uint64_t now = recorded.log_time;
-    recording_.write(std::move(recorded));
-    recording_.keep_up(now);
-  }
-
-  recorder::Recording recording_;
-  std::uint64_t number_ = 0;
-};
-
-msg::ArmState arm_state(const std::string& arm, std::uint64_t number) {
-  msg::ArmState state;
-  state.arm(arm);
-  state.sequence_number(number);
-  state.mode(msg::ArmMode::ARM_RUNNING);
-  state.q(std::vector<double>(6, 1e-4 * static_cast<double>(number)));
-  state.qd(std::vector<double>(6, 0.01));
-  return state;
-}
 
 msg::CellMode cell_mode(msg::Mode mode) {
   msg::CellMode message;
@@ -185,15 +106,6 @@ void expect_story(const RecordedCell& cell, bus::Clock::duration at) {
   if (at >= 13s) {
     EXPECT_EQ(faults.at("f1").cleared(), at >= 15s);
   }
-}
-
-std::string error_of(const std::function<void()>& refused) {
-  try {
-    refused();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "accepted";
 }
 
 class Story : public testing::Test {
@@ -496,120 +408,6 @@ TEST_F(Story, FollowsTheCommandsOfAPage) {
   EXPECT_EQ(recording.at("files"), Json({"run.mcap"}));
   EXPECT_EQ(recording.at("begin"), 1'700'000'000'000);
   EXPECT_EQ(recording.at("marks").size(), 6U);
-}
-
-TEST(RecordedFiles, ComeFromTheRecordingAlone) {
-  const TemporaryFolder folder;
-  const std::string recording = folder.path("run.mcap");
-  {
-    // The files of the cell are gone when the recording is opened.
-    const TemporaryFolder cell;
-    cell.write("arm.urdf", R"(<robot name="r"><link name="base"/>
-      <link name="tip"><visual><geometry><mesh filename="gone.stl"/></geometry></visual>
-        <collision><geometry><mesh filename="tip.stl"/></geometry></collision></link>
-      <joint name="j" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
-        <limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>)");
-    cell.write(
-        "tip.stl",
-        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\n"
-        "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid "
-        "s\n");
-    const std::string path =
-        cell.write("cell.yaml", "name: one\narms:\n  - {name: arm1, urdf: arm.urdf, allow_bare_links: true}\n");
-    const config::CellFile file = config::load_cell_file(path);
-    Tape tape({.path = recording}, file);
-    tape.write(arm_state("arm1", 1), 0s);
-    tape.close();
-  }
-  const RecordedFiles files = read_recorded_files({recording});
-  EXPECT_EQ(files.cell.cell.name, "one");
-  ASSERT_EQ(files.cell.cell.arms.size(), 1U);
-  EXPECT_EQ(files.cell.cell.arms[0].arm.model->geometry.size(), 1U);
-  // The mesh of the collision shape is there. The page draws the shape where the visual mesh is missing.
-  EXPECT_NE(files.drawings.arms()[0].note.find("gone.stl"), std::string::npos);
-}
-
-TEST(RecordedFiles, HaveTheMeshesWithWhichArmsAreDrawn) {
-  const TemporaryFolder folder;
-  const std::string recording = folder.path("run.mcap");
-  const std::string stl =
-      "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0.1 0\nendloop\nendfacet\n"
-      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid s\n";
-  {
-    // A package in a folder that the cell file names, and one that was found by the environment of the recorder.
-    const TemporaryFolder cell;
-    for (const char* package : {"some/where/meshes", "share/other/meshes"}) {
-      std::filesystem::create_directories(cell.path(package));
-    }
-    cell.write("some/where/meshes/base.dae", "<image>wood.png</image>");
-    cell.write("some/where/meshes/wood.png", "wood");
-    cell.write("some/where/meshes/unused.png", "unused");
-    cell.write("share/other/meshes/tip.stl", stl);
-    cell.write("arm.urdf", R"(<robot name="r">
-      <link name="base"><visual><geometry><mesh filename="package://named/meshes/base.dae"/></geometry></visual></link>
-      <link name="tip"><visual><geometry><mesh filename="package://other/meshes/tip.stl"/></geometry></visual>
-        <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
-      <joint name="j" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
-        <limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>)");
-    const std::string path = cell.write(
-        "cell.yaml",
-        "name: one\narms:\n  - {name: arm1, urdf: arm.urdf, packages: {named: some/where}, allow_bare_links: true}\n");
-    setenv("AMENT_PREFIX_PATH", cell.path().c_str(), 1);
-    const config::CellFile file = config::load_cell_file(path);
-    Tape tape({.path = recording}, file);
-    tape.write(arm_state("arm1", 1), 0s);
-    tape.close();
-    // All meshes of an arm, or none.
-    const auto names = [&](std::uintmax_t most) {
-      std::string all;
-      for (const recorder::AttachedFile& attached : recorder::attachments_of(file, most)) all += attached.name + "\n";
-      return all;
-    };
-    EXPECT_NE(names(stl.size() + 27).find("base.dae"), std::string::npos);
-    EXPECT_EQ(names(stl.size() + 26).find("meshes"), std::string::npos) << names(stl.size() + 26);
-    EXPECT_EQ(names(recorder::kMostMeshes).find("unused.png"), std::string::npos);
-    unsetenv("AMENT_PREFIX_PATH");
-  }
-  const RecordedFiles files = read_recorded_files({recording});
-  const view::ArmDrawing& drawing = files.drawings.arms()[0];
-  EXPECT_TRUE(drawing.has_visuals);
-  EXPECT_EQ(drawing.note, "");
-  const auto content = [&](const std::string& url) {
-    const auto file = files.drawings.mesh(url);
-    if (!file) return std::string("none");
-    std::ifstream stream(*file, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(stream), {});
-  };
-  EXPECT_EQ(content("/meshes/0/base.dae"), "<image>wood.png</image>");
-  EXPECT_EQ(content("/meshes/0/wood.png"), "wood");
-  EXPECT_EQ(content("/meshes/1/tip.stl"), stl);
-  EXPECT_NE(drawing.urdf.find("/meshes/1/tip.stl"), std::string::npos);
-}
-
-TEST(RecordedFiles, AreRefusedWithASentence) {
-  const TemporaryFolder folder;
-  const std::string none = folder.path("none.mcap");
-  recorder::Recording({.path = none}, {}, 1).close();
-  EXPECT_EQ(error_of([&] { static_cast<void>(read_recorded_files({none})); }),
-            none + " has no cell file attached; name a file that `hecaton record` has written");
-  const std::string evil = folder.path("evil.mcap");
-  recorder::Recording({.path = evil},
-                      {{"/cell.yaml", "application/yaml", "name: 7"},
-                       {"/../../../../../.." + folder.path("out.txt"), "text/plain", "outside"},
-                       {"relative.txt", "text/plain", "outside"}},
-                      1)
-      .close();
-  EXPECT_NE(error_of([&] { static_cast<void>(read_recorded_files({evil})); }).find("/cell.yaml: "), std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(folder.path("out.txt")));
-  EXPECT_FALSE(std::filesystem::exists("relative.txt"));
-  Tape tape({.path = folder.path("run.mcap")});
-  const std::string run = tape.close().front();
-  EXPECT_EQ(error_of([&] {
-              static_cast<void>(read_recorded_files({run, evil}));
-            }),
-            evil + " has another cell file than " + run + "; name the files of one recording");
-  EXPECT_EQ(error_of([&] { static_cast<void>(index_recording({run}, cell_file())); }),
-            run + " has no messages of a cell that can be read; name another recording");
 }
 
 TEST(OtherVersion, IsNamedIfTheFileDoesNotDescribeIt) {

@@ -265,6 +265,69 @@ TEST(FoxgloveHub, AnswersQuestionsForParametersAndAssets) {
   EXPECT_EQ(frames[2].substr(0, 6), asset_failure(4, "").substr(0, 6));
 }
 
+/// A client whose assets are read when the test says so.
+struct SlowAssets {
+  explicit SlowAssets(const std::shared_ptr<Hub>& hub, std::size_t most) {
+    WebOpening opening{[this] { ++wakes; }};
+    opening.background = [this, most](std::function<void()> job) {
+      if (jobs.size() >= most) return false;
+      jobs.push_back(std::move(job));
+      return true;
+    };
+    session = hub->open(std::move(opening));
+    while (session->next()) continue;
+  }
+  std::string next() const {
+    const auto frame = session->next();
+    return frame ? bytes_of(*frame) : "nothing";
+  }
+
+  int wakes = 0;
+  std::vector<std::function<void()>> jobs;
+  std::unique_ptr<WebSession> session;
+};
+
+TEST(FoxgloveHub, SendsMessagesAndAnswersWhileAnAssetIsRead) {
+  const auto hub = std::make_shared<Hub>(two_channels());
+  SlowAssets client(hub, 2);
+  client.session->received(R"({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 1}]})", true);
+  client.session->received(R"({"op": "fetchAsset", "uri": "package://known", "requestId": 3})", true);
+  client.session->received(R"({"op": "fetchAsset", "uri": "package://known", "requestId": 4})", true);
+  hub->publish(0, 1, "a");
+  EXPECT_EQ(client.next(), message_data(1, 1) + "a");
+  client.session->received(R"({"op": "getParameters", "parameterNames": ["two"], "id": "q"})", true);
+  EXPECT_EQ(Json::parse(client.next()).at("id"), "q");
+  EXPECT_EQ(client.next(), "nothing");
+  ASSERT_EQ(client.jobs.size(), 1U) << "of one client, one asset is read at a time";
+  const int wakes = client.wakes;
+  client.jobs[0]();
+  EXPECT_EQ(client.wakes, wakes + 1);
+  EXPECT_EQ(client.next(), asset(3) + "content");
+  EXPECT_EQ(client.next(), "nothing");
+  ASSERT_EQ(client.jobs.size(), 2U);
+  client.session.reset();
+  client.jobs[1]();  // its client has gone
+}
+
+TEST(FoxgloveHub, RefusesAnAssetWhileTooManyWait) {
+  const auto hub = std::make_shared<Hub>(two_channels());
+  SlowAssets client(hub, 0);
+  client.session->received(R"({"op": "fetchAsset", "uri": "package://known", "requestId": 3})", true);
+  EXPECT_EQ(client.next().substr(0, 6), asset_failure(3, "").substr(0, 6));
+  EXPECT_EQ(client.next(), "nothing");
+}
+
+TEST(FoxgloveHub, SendsNoAssetToAClientThatItEnds) {
+  const auto hub = std::make_shared<Hub>(two_channels());
+  SlowAssets client(hub, 1);
+  client.session->received(R"({"op": "fetchAsset", "uri": "package://known", "requestId": 3})", true);
+  EXPECT_EQ(client.next(), "nothing");
+  client.jobs[0]();
+  client.session->received("{", true);
+  EXPECT_NE(client.next(), asset(3) + "content");
+  EXPECT_EQ(client.next(), "nothing");
+}
+
 // --- orders
 
 std::string call(char service) {

@@ -168,6 +168,51 @@ TEST_F(OrdersTest, RefuseMalformedOrdersWithASentence) {
             "the order needs 'q', a list of 6 numbers");
 }
 
+// A stalled network delivers what it kept, seconds after a person has ordered it.
+TEST_F(OrdersTest, RefuseWhatMovesArmsWhenItArrivesLate) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  now_ = orders_->began() + 60s;
+  const auto reply = [&](std::int64_t seen, const Json& order) {
+    Json message = order;
+    message["seen"] = seen;
+    return reply_to(first_, message);
+  };
+  const std::vector<Json> moving = {{{"op", "resume"}},
+                                    {{"op", "resume"}, {"arms", {"north"}}},
+                                    {{"op", "goal"}, {"arm", "north"}, {"named", "ready"}},
+                                    {{"op", "obstacle_remove"}, {"name", "crate"}}};
+  for (const Json& order : moving) {
+    const Json late = reply(57'999, order);
+    ASSERT_FALSE(late.is_null()) << order;
+    EXPECT_EQ(
+        late.at("text"),
+        "the order came 2.0 s after the state that its page showed (limit 2 s): look at the cell, and order again");
+    EXPECT_FALSE(late.at("done"));
+  }
+  const Json removal{{"op", "obstacle_remove"}, {"name", "crate"}};
+  EXPECT_TRUE(reply(58'000, removal).is_null()) << "it waits for a cell, and is not refused";
+  EXPECT_TRUE(reply(60'000, removal).is_null());
+  EXPECT_FALSE(reply(62'001, removal).is_null()) << "no state has been sent yet at that time";
+  Json text = removal;
+  text["seen"] = "60000";
+  EXPECT_EQ(reply_to(first_, text).at("text"), "the order needs 'seen', a number of milliseconds");
+}
+
+TEST_F(OrdersTest, CarryOutAHoldAndAStopThatArriveLate) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  now_ = orders_->began() + 60s;
+  for (const char* op : {"hold", "stop"}) {
+    EXPECT_TRUE(reply_to(first_, {{"op", op}, {"seen", 0}}).is_null()) << "it waits for a cell, and is not refused";
+    EXPECT_TRUE(reply_to(first_, {{"op", op}, {"arms", {"north"}}, {"seen", 0}}).is_null());
+  }
+}
+
+TEST_F(OrdersTest, CarryOutOrdersOfProgramsThatNameNoState) {
+  EXPECT_TRUE(take(first_, token_).at("done"));
+  now_ = orders_->began() + 60s;
+  EXPECT_TRUE(reply_to(first_, {{"op", "obstacle_remove"}, {"name", "crate"}}).is_null());
+}
+
 TEST_F(OrdersTest, TakeAGoalOfJointPositions) {
   EXPECT_TRUE(take(first_, token_).at("done"));
   EXPECT_TRUE(reply_to(first_, {{"op", "goal"}, {"arm", "north"}, {"q", {0, 1, 2, 0, 0, 0}}}).is_null())

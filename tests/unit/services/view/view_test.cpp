@@ -253,6 +253,7 @@ TEST_F(LiveViewTest, ShowsStatesReasonsAndFaultsOfARunningCell) {
   EXPECT_TRUE(frame.at("arms")[1][0].is_null()) << "west has sent nothing";
 
   const Json status = page.wait_for("status", [&](const Json& message) {
+    publish_mode();  // best-effort: the first one may have come before its reader was matched
     publish_state(0.25);
     publish_heartbeats();
     const Json waiting = arm(message, "north").at("waiting");

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <memory>
+#include <new>
 #include <optional>
 #include <semaphore>
 #include <string>
@@ -14,6 +16,7 @@
 
 #include "services/security/web_identity.hpp"
 #include "services/view/token_file.hpp"
+#include "services/view/web_pace.hpp"
 #include "services/view/web_protection.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/view/web_client.hpp"
@@ -124,6 +127,54 @@ TEST(WebServerUnadmitted, DoNotKeepPeopleFromThePage) {
   }
 }
 
+TEST(WebServerPlaces, OfOneAddressAreBoundedWithItsWebSockets) {
+  WebServerOptions options;
+  options.most_of_address = 3;
+  WebServer server(options);
+  const std::uint16_t port = server.port();
+  std::vector<std::unique_ptr<WebSocketClient>> open;
+  for (int i = 0; i < 3; ++i) open.push_back(std::make_unique<WebSocketClient>(port));
+  const auto is_refused = [port] { return status_of([port] { WebSocketClient another(port); }) != "accepted"; };
+  EXPECT_TRUE(is_refused());
+  open.pop_back();
+  // The server notices the end of a connection when it reads or writes next.
+  bool refused = true;
+  for (int i = 0; refused && i < 1000; ++i) {
+    server.publish(Channel::kCell, std::to_string(i));
+    for (const auto& one : open) static_cast<void>(one->read());
+    refused = is_refused();
+  }
+  EXPECT_FALSE(refused) << "its place is free";
+}
+
+TEST(WebServerTokens, WaitBeforeTheAnswerToAWrongOne) {
+  using Clock = std::chrono::steady_clock;
+  WebServerOptions options;
+  options.admits = [](std::string_view token) { return token == "secret"; };
+  options.file = [](std::string_view) { return WebFile{"text/plain", std::make_shared<const std::string>("page")}; };
+  options.wrong_token_pause = std::chrono::milliseconds(300);
+  WebServer server(options);
+  for (const char* target : {"/?token=wrong", "/?watch=wrong"}) {
+    const auto began = Clock::now();
+    EXPECT_EQ(request(server.port(), target).result(), http::status::unauthorized);
+    EXPECT_GE(Clock::now() - began, options.wrong_token_pause) << target;
+  }
+  EXPECT_EQ(request(server.port(), "/?token=secret").result(), http::status::ok);
+}
+
+TEST(WebPaceTest, LetsABurstThroughAndThenSoManyASecond) {
+  WebPace pace;
+  WebPace::Clock::time_point now{std::chrono::hours(1)};
+  for (int i = 0; i < 512; ++i) EXPECT_EQ(pace.after_message(now).count(), 0) << i;
+  for (int i = 0; i < 100; ++i) {
+    const auto wait = pace.after_message(now);
+    EXPECT_NEAR(std::chrono::duration<double>(wait).count(), 0.01, 1e-6);
+    now += wait;
+  }
+  now += std::chrono::seconds(2);
+  for (int i = 0; i < 199; ++i) EXPECT_EQ(pace.after_message(now).count(), 0) << i;
+}
+
 TEST_F(WebServerTest, SaysWhyItCannotListen) {
   WebServerOptions taken = options();
   taken.port = server_.port();
@@ -194,6 +245,95 @@ TEST_F(WebServerTest, DropsClientsThatLeaveOrSendTooMuch) {
   EXPECT_EQ(server_.clients(), 1);
 }
 
+// The mesh comes from a slow disk: it is read when the test says so.
+TEST(WebServerFiles, AreReadWhileOrdersAreAnswered) {
+  std::binary_semaphore begun{0};
+  std::binary_semaphore readable{0};
+  std::optional<WebServer> server;
+  WebServerOptions options;
+  options.file = [&](std::string_view path) -> std::optional<WebFile> {
+    if (path == "/") return WebFile{"text/html", std::make_shared<const std::string>("page")};
+    return WebFile{"model/stl", nullptr, false, [&]() -> std::optional<std::string> {
+                     begun.release();
+                     return readable.try_acquire_for(std::chrono::seconds(60)) ? "mesh" : "mesh, too late";
+                   }};
+  };
+  options.received = [&](const WebClient& client, std::string_view order) {
+    server->send(client.number, std::string(order));
+  };
+  server.emplace(options);
+  const std::uint16_t port = server->port();
+  auto mesh = std::async(std::launch::async, [port] { return request(port, "/tip.stl"); });
+  begun.acquire();
+  WebSocketClient page(port);
+  page.write("stop");
+  EXPECT_EQ(page.read(), "stop");
+  EXPECT_EQ(request(port, "/").body(), "page");
+  readable.release();
+  const auto answer = mesh.get();
+  EXPECT_EQ(answer.result(), http::status::ok);
+  EXPECT_EQ(answer.body(), "mesh") << "the order did not wait for it";
+  EXPECT_EQ(answer[http::field::content_type], "model/stl");
+  EXPECT_EQ(answer[http::field::content_length], "4");
+}
+
+TEST(WebServerFiles, ThatCannotBeReadAreNone) {
+  WebServerOptions options;
+  options.file = [](std::string_view path) {
+    return WebFile{"model/stl", nullptr, false, [large = path == "/large"]() -> std::optional<std::string> {
+                     if (large) throw std::bad_alloc();
+                     return std::nullopt;
+                   }};
+  };
+  const WebServer server(options);
+  EXPECT_EQ(request(server.port(), "/gone").result(), http::status::not_found);
+  EXPECT_EQ(request(server.port(), "/large").result(), http::status::not_found);
+}
+
+TEST(WebServerFiles, ThatWaitToBeReadAreBounded) {
+  constexpr int kRequests = 66;  // one is read, 64 wait, and one is refused
+  std::counting_semaphore<> begun{0};
+  std::counting_semaphore<> asked{0};
+  std::counting_semaphore<> readable{0};
+  WebServerOptions options;
+  options.most_of_address = 2 * kRequests;
+  options.most_connections = 2 * kRequests;
+  options.most_unadmitted_of_address = 2 * kRequests;
+  options.most_unadmitted = 2 * kRequests;
+  options.file = [&](std::string_view path) -> std::optional<WebFile> {
+    if (path == "/") return WebFile{"text/html", std::make_shared<const std::string>("page")};
+    asked.release();
+    return WebFile{"model/stl", nullptr, false, [&]() -> std::optional<std::string> {
+                     begun.release();
+                     readable.acquire();
+                     return "mesh";
+                   }};
+  };
+  const WebServer server(options);
+  std::vector<std::unique_ptr<IdleConnection>> clients;
+  for (int i = 0; i < kRequests; ++i) {
+    auto& client = *clients.emplace_back(std::make_unique<IdleConnection>(server.port()));
+    http::request<http::empty_body> mesh(http::verb::get, "/tip.stl", 11);
+    mesh.set(http::field::host, "localhost");
+    http::write(client.socket, mesh);
+    asked.acquire();
+    if (i == 0) begun.acquire();
+  }
+  EXPECT_EQ(request(server.port(), "/").body(), "page") << "the server has queued them all";
+  readable.release(kRequests);
+  int refused = 0;
+  for (const auto& client : clients) {
+    http::response<http::string_body> answer;
+    boost::beast::flat_buffer buffer;
+    http::read(client->socket, buffer, answer);
+    if (answer.result() == http::status::ok) continue;
+    EXPECT_EQ(answer.result(), http::status::service_unavailable);
+    EXPECT_EQ(answer.body(), "Too many files wait to be read; ask again.\n");
+    ++refused;
+  }
+  EXPECT_EQ(refused, 1);
+}
+
 /// A server that answers each message with it, and counts the clients that have gone.
 class EchoTest : public testing::Test {
  protected:
@@ -224,6 +364,18 @@ TEST_F(EchoTest, AnswersTheClientThatAskedAndNoOther) {
   server_->publish(Channel::kCell, "cell");
   EXPECT_EQ(first.read(), "cell");
   EXPECT_TRUE(addresses_.front().starts_with("127.0.0.1:")) << addresses_.front();
+}
+
+TEST_F(EchoTest, ReadsTheMessagesOfAFastClientLater) {
+  constexpr int kMessages = 700;
+  WebSocketClient fast(server_->port());
+  const auto began = std::chrono::steady_clock::now();
+  for (int i = 0; i < kMessages; ++i) {
+    fast.write(std::to_string(i));
+    ASSERT_EQ(fast.read(), std::to_string(i)) << "none is lost";
+  }
+  const double least = (kMessages - WebPace::kAtOnce - 2.0) / WebPace::kPerSecond;
+  EXPECT_GE(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count(), least);
 }
 
 TEST_F(EchoTest, SaysWhenAClientHasGone) {
