@@ -5,7 +5,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-# Programs find robots by name in ../share/hecaton/robots, as they do when they are installed.
+# Programs and the Python package find robots by name in share/hecaton/robots, as they do when they are installed.
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/share/hecaton)
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/deploy/robots ${CMAKE_BINARY_DIR}/share/hecaton/robots SYMBOLIC)
 

@@ -2,6 +2,7 @@
 # %% Options. A notebook has no command line: there the defaults count.
 import argparse
 import collections
+import importlib
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -50,7 +51,7 @@ cell.close()
 # %% The picture.
 if options.plot:
     try:
-        from matplotlib import pyplot
+        pyplot = importlib.import_module("matplotlib.pyplot")  # it has types in newer versions only
     except ModuleNotFoundError:
         print("matplotlib is not installed: no plot", file=sys.stderr)
     else:

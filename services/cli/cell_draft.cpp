@@ -13,6 +13,8 @@
 #include "planner/collision/cell_geometry.hpp"
 #include "planner/collision/model_filter.hpp"
 #include "planner/local/random.hpp"
+#include "planner/model/capsules.hpp"
+#include "planner/model/kinematics.hpp"
 #include "planner/simulation/tasks.hpp"
 #include "services/arm_driver/device_choice.hpp"
 #include "services/cli/pose_finder.hpp"
@@ -178,7 +180,27 @@ double lowest_base(const std::vector<LoadedArm>& arms) {
   return lowest;
 }
 
-/// A box below all bases, with its top `gap` [m] under the lowest, that the arms cannot reach over.
+/// Where the robots stand: at the lowest base, or lower with what is fixed to it, such as the legs of a humanoid [m].
+double lowest_support(const std::vector<LoadedArm>& arms) {
+  constexpr double kLeastLeg = 0.1;  // flanges and cables hang lower than a base, too [m]
+  const double base = lowest_base(arms);
+  double lowest = base;
+  for (const LoadedArm& arm : arms) {
+    const planner::RobotModel& model = *arm.arm.model;
+    planner::Kinematics places;
+    planner::place_links(model, arm.arm.X_WB, JointVector::Zero(model.joints()), places);
+    for (const planner::LinkGeometry& geometry : model.geometry) {
+      if (planner::moved_link(model, geometry.link) >= 0) continue;
+      const planner::PlacedCapsule bound = planner::bounding_capsule(geometry.shape);
+      const world::Pose X_WF = places.X_WL[geometry.link] * geometry.X_LS * bound.X_FS;
+      const double half = bound.capsule.half_length * std::abs(X_WF.linear()(2, 2));
+      lowest = std::min(lowest, X_WF.translation().z() - half);
+    }
+  }
+  return lowest < base - kLeastLeg ? std::floor(1000.0 * lowest) / 1000.0 : base;
+}
+
+/// A box below all robots, with its top `gap` [m] under the lowest, that the arms cannot reach over.
 world::Obstacle floor_below(const std::vector<LoadedArm>& arms, double gap) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
   Eigen::Vector2d high = -low;
@@ -191,12 +213,12 @@ world::Obstacle floor_below(const std::vector<LoadedArm>& arms, double gap) {
   const auto tenths = [](double length) { return std::ceil(length * 10.0) / 10.0; };
   const Eigen::Vector2d middle = 0.5 * (low + high);
   world::Obstacle floor;
-  floor.name = lowest_base(arms) > kTableHeight ? "table" : "floor";
+  floor.name = lowest_support(arms) > kTableHeight ? "table" : "floor";
   floor.shapes.push_back(
       {world::Box{0.5 * Eigen::Vector3d(tenths(high.x() - low.x()), tenths(high.y() - low.y()), kFloorThickness)}});
   floor.X_WO.translation() =
       Eigen::Vector3d(std::round(middle.x() * 100.0) / 100.0, std::round(middle.y() * 100.0) / 100.0,
-                      lowest_base(arms) - gap - 0.5 * kFloorThickness);
+                      lowest_support(arms) - gap - 0.5 * kFloorThickness);
   return floor;
 }
 
@@ -306,7 +328,7 @@ std::string tasks_text(const std::optional<planner::TaskArea>& area) {
          "\n  radius: " + number_text(area->radius) + "\n  half_height: " + number_text(area->half_height) + "\n";
 }
 
-std::string floor_text(const std::optional<world::Obstacle>& floor, double lowest_base) {
+std::string floor_text(const std::optional<world::Obstacle>& floor, double lowest) {
   if (!floor) {
     return "# Everything that the arms must not touch, such as a table, is an obstacle:\n"
            "# obstacles:\n#   - name: table\n#     shapes: [{type: box, size: [1, 1, 0.04]}]\n"
@@ -316,8 +338,8 @@ std::string floor_text(const std::optional<world::Obstacle>& floor, double lowes
   return "# Everything that the arms must not touch, such as a table, is an obstacle.\nobstacles:\n"
          "  - name: " +
          floor->name + "   # its top is " +
-         number_text(std::round(100.0 * (lowest_base - floor->X_WO.translation().z() - 0.5 * size.z()))) +
-         " cm below the lowest base, its size is a guess: measure yours\n    shapes: [{type: box, size: " +
+         number_text(std::round(100.0 * (lowest - floor->X_WO.translation().z() - 0.5 * size.z()))) +
+         " cm below where the robots stand, its size is a guess: measure yours\n    shapes: [{type: box, size: " +
          numbers_text(size, 1e-9) +
          "}]\n    pose: {xyz: " + numbers_text(Eigen::Vector3d(floor->X_WO.translation()), 1e-9) + "}\n";
 }
@@ -334,7 +356,7 @@ std::string cell_text(const std::vector<LoadedArm>& arms, const std::optional<pl
       "\n# Lengths are in metres, angles in radians. The reference of the cell file explains every key.\nname: " +
       cell_name(path) + "\n\n" + tasks_text(area) + "\narms:\n";
   for (const LoadedArm& arm : arms) text += arm_text(arm, fs::path(path).parent_path() / ".");
-  return text + "\n" + floor_text(floor, lowest_base(arms));
+  return text + "\n" + floor_text(floor, lowest_support(arms));
 }
 
 bool draws_tasks(const planner::Cell& cell) {

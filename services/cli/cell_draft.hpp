@@ -40,9 +40,8 @@ struct CellDraft {
 
 /// Drafts a cell file that is to stand at `path`. The draft has
 /// - poses `home` and `ready`, compact ones, of robots whose own poses are missing or in the way of another arm,
-/// - a floor (a table under raised bases) 1 to 5 cm below the lowest base, unless a base is tilted or no arm keeps
-/// clear
-///   of it,
+/// - a floor (a table under raised bases) 1 to 5 cm below the lowest base or leg, unless a base is tilted or no arm
+///   keeps clear of it,
 /// - tasks: a cylinder in which tasks can be drawn; without one, or with a single arm, `home` and `ready` in turn.
 /// Arms of one robot at one base, with a tool link each, are its two arms; joints that move both are held.
 /// Deterministic; takes some seconds for ten arms. Throws Failure (bad input), planner::ModelError or

@@ -1,13 +1,16 @@
 /// hecaton check: validates a cell file or a URDF and explains it.
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <unistd.h>
 
 #include "planner/model/collision_filter.hpp"
 #include "planner/model/robot_model.hpp"
@@ -25,8 +28,11 @@
 #include "services/config/cell_file.hpp"
 #include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
+#include "services/config/this_machine.hpp"
 #include "services/config/validate.hpp"
 #include "services/runtime/join.hpp"
+#include "services/security/keystore.hpp"
+#include "services/security/ros2_enclave.hpp"
 
 namespace hecaton::services::cli {
 namespace {
@@ -365,14 +371,10 @@ std::string both_arms(const std::string& robot) {
 /// How to draft a cell with the robot.
 std::string first_steps(const CheckOptions& options) {
   const std::string both = both_arms(options.file);
-  std::string text =
-      "next: hecaton init -o cell.yaml " + (both.empty() ? "left=" + shell_word(options.file) + "@\"0 0 0\"" : both);
-  for (const auto& [name, folder] : options.robot.files.packages)
-    text += " --package " + shell_word(name + "=" + folder);
-  for (const auto& [name, value] : options.robot.files.xacro_arguments) {
-    text += " --xacro " + shell_word(name + "=" + value);
-  }
-  return text + "\n";
+  const std::string link = options.robot.tool.empty() ? "" : ":" + shell_word(options.robot.tool);
+  return "next: hecaton init -o cell.yaml " +
+         (both.empty() || !link.empty() ? "left=" + shell_word(options.file) + link + "@\"0 0 0\"" : both) +
+         words_of(options.robot.files) + "\n";
 }
 
 ExitCode check_urdf(const Settings& settings, const CheckOptions& options) {
@@ -407,12 +409,59 @@ void check_ports(const config::CellFile& file, Findings& findings) {
                    [](const auto& a, const auto& b) { return a.severity > b.severity; });
 }
 
+/// A file of the enclave that exists and that this user may not read; empty: none.
+std::string unreadable_in(const std::string& enclave) {
+  if (enclave.empty()) return {};
+  for (const char* name : {"", "/cert.pem", "/key.pem", "/permissions.p7s"}) {
+    if (::access((enclave + name).c_str(), R_OK) != 0 && errno == EACCES) return enclave + name;
+  }
+  return {};
+}
+
+/// Throws when hecaton-ros2 cannot use ros2.enclave.
+void require_enclave(const config::CellFile& file) {
+  const std::string& folder = file.ros2->enclave;
+  try {
+    if (!folder.empty()) static_cast<void>(read_ros2_enclave(folder));
+  } catch (const KeystoreError& error) {
+    std::string what = error.what();  // "FOLDER/FILE: is missing"
+    if (const auto colon = what.find(": ", folder.size()); colon != std::string::npos) what.erase(colon, 1);
+    const std::string remedy = "`ros2 security create_enclave` makes";
+    if (what.find(remedy) == std::string::npos) what += "; " + remedy + " an enclave";
+    throw std::runtime_error(file.path + ": ros2.enclave = " + folder +
+                             " must be a folder with valid keys of ROS 2, but " + what);
+  }
+}
+
+/// Throws when hecaton-ros2 could not start here. When it runs on another machine, that is a note.
+void check_ros2(const config::CellFile& file, Findings& findings) {
+  if (!file.ros2) return;
+  const auto note = [&](std::string text) { findings.push_back({config::Severity::kNote, std::move(text)}); };
+  const std::string unreadable = unreadable_in(file.ros2->enclave);
+  const auto require = [&] {
+    static_cast<void>(interface_addresses(file, "ros2.interface", file.ros2->interface));
+    if (unreadable.empty()) require_enclave(file);
+  };
+  if (config::is_this_machine(file, file.ros2->host)) {
+    require();
+    if (unreadable.empty()) return;
+    return note("ros2.enclave = " + file.ros2->enclave + " is not checked, because this user may not read " +
+                unreadable + "; check the cell as the user of hecaton-ros2");
+  }
+  try {
+    require();
+  } catch (const std::runtime_error& error) {
+    note("ros2.host = " + file.ros2->host + " is another machine; check the cell there, because here " + error.what());
+  }
+}
+
 ExitCode check_cell(const Settings& settings, const CheckOptions& options) {
   const config::CellFile file = config::load_cell_file(options.file);
   require_interface(file);
   require_known_devices(file);
   Findings findings = config::validate(file);
   check_ports(file, findings);
+  check_ros2(file, findings);
   for (std::string& note : device_notes(file)) findings.push_back({config::Severity::kNote, std::move(note)});
   check_draws(file, findings);
   print(settings, cell_json(file, findings), cell_text(file, findings, options.details, Palette::for_stream(stdout)));

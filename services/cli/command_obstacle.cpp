@@ -1,4 +1,4 @@
-/// hecaton obstacle add|move|remove, attach, detach: edits of the world of a running cell.
+/// hecaton obstacle add|replace|move|remove, attach, detach: edits of the world of a running cell.
 
 #include "services/cli/command_obstacle.hpp"
 
@@ -132,16 +132,19 @@ msg::WorldEditRequest request_for(msg::EditKind kind, const std::string& name) {
   return request;
 }
 
-void add_obstacle_add(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("add", "Adds an obstacle");
+/// `add` or `replace`: edits with the same options.
+void add_obstacle_put(CLI::App& app, Session& session, const char* command_name, const char* description,
+                      msg::EditKind kind) {
+  CLI::App* command = app.add_subcommand(command_name, description);
   auto options = std::make_shared<ObstacleOptions>();
   add_obstacle_options(*command, *options);
-  command->callback([&session, options] {
+  command->callback([&session, options, kind] {
     const world::Obstacle obstacle = make_obstacle(*options);
-    session.action = on_cell([&session, obstacle] {
-      msg::WorldEditRequest request = request_for(msg::EditKind::EDIT_ADD, obstacle.name);
+    session.action = on_cell([&session, obstacle, kind] {
+      msg::WorldEditRequest request = request_for(kind, obstacle.name);
       request.obstacle(messages::to_message(obstacle));
-      return edit(session.settings, request, "added " + obstacle.name);
+      const bool replaces = kind == msg::EditKind::EDIT_REPLACE;
+      return edit(session.settings, request, (replaces ? "put " : "added ") + obstacle.name);
     });
   });
 }
@@ -192,7 +195,7 @@ void add_carry(CLI::App& app, Session& session, const char* command_name, const 
 }  // namespace
 
 void add_obstacle_options(CLI::App& app, ObstacleOptions& options) {
-  app.add_option("NAME", options.name, "a unique name")->required();
+  app.add_option("NAME", options.name, "name of the obstacle")->required();
   CLI::Option_group* shape = app.add_option_group("shape", "one of");
   add_numbers(*shape, "--box", options.box, 3, "sizes along x y z [m]");
   for (const config::ShapeType& type : config::shape_types()) add_shape(*shape, type, options);
@@ -227,9 +230,13 @@ world::Obstacle make_obstacle(const ObstacleOptions& options) {
 }
 
 void add_obstacle(CLI::App& app, Session& session) {
-  CLI::App* command = app.add_subcommand("obstacle", "Adds, moves or removes obstacles while the cell runs");
+  CLI::App* command = app.add_subcommand("obstacle", "Adds, replaces, moves or removes obstacles while the cell runs");
   command->require_subcommand(1);
-  add_obstacle_add(*command, session);
+  add_obstacle_put(*command, session, "add", "Adds an obstacle with a new name", msg::EditKind::EDIT_ADD);
+  add_obstacle_put(
+      *command, session, "replace",
+      "Adds an obstacle in the place of the one with its name, if there is one: arms see either, never none",
+      msg::EditKind::EDIT_REPLACE);
   add_obstacle_move(*command, session);
   add_obstacle_remove(*command, session);
   command->footer(kRejections);

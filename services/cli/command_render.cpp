@@ -97,13 +97,14 @@ std::optional<std::string> draw(const RenderOptions& options,
     return picture::take_picture(file, drawings, std::nullopt, options.picture, progress, interrupted);
   }
   const std::unique_ptr<OpenedRecording> recording = open_recording(options.inputs);
+  const std::string& drawn = recording->files.note;
+  if (!drawn.empty()) std::fprintf(stderr, "hecaton: %s\n", drawn.c_str());
   const double from = options.at.value_or(0.0);
   static_cast<void>(time_in(*recording, from, "--at"));
-  const double rest = recording->length() - from;
-  const double duration = options.duration.value_or(std::min(rest, kLongestFilm));
-  static_cast<void>(time_in(*recording, from + duration, "--at plus --duration"));
+  const double until = options.duration ? from + *options.duration : std::min(recording->length(), from + kLongestFilm);
+  static_cast<void>(time_in(*recording, until, "--at plus --duration"));
   replay::Replay replay(recording->cell);
-  const picture::Recorded recorded{replay, from, from + duration};
+  const picture::Recorded recorded{replay, from, until};
   return picture::take_picture(recording->files.cell, recording->files.drawings, recorded, options.picture, progress,
                                interrupted);
 }
@@ -175,8 +176,8 @@ void add_render(CLI::App& app, Session& session) {
   add_whole_number(
       *command, "--height", [options](std::uint64_t height) { options->picture.height = static_cast<int>(height); },
       "in pixels (720)", 64, 4320);
-  add_choice(*command, "--view", options->picture.view, {"free", "top", "front", "side"},
-             "from where the cell is seen (free: from above the front right)");
+  add_choice(*command, "--view", options->picture.view, {"free", "left", "top", "front", "side"},
+             "from where the cell is seen (free: from above the front right; left: from above the front left)");
   add_choice(*command, "--theme", options->theme, {"light", "dark"}, "background (light)");
   options->picture.layers = {"goals", "ways", "binding"};
   add_choices(*command, "--layers", options->picture.layers,

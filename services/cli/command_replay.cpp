@@ -63,6 +63,8 @@ ExitCode run_replay(const ReplayOptions& options) {
     replay::ReplayService service(recording->files, replay, address, shutdown);
     std::fprintf(stderr, "replaying %s of cell %s; Ctrl-C ends it\n", duration_text(recording->length()).c_str(),
                  recording->files.cell.cell.name.c_str());
+    const std::string& drawn = recording->files.note;
+    if (!drawn.empty()) std::fprintf(stderr, "hecaton: %s\n", drawn.c_str());
     if (const auto note = service.note()) std::fprintf(stderr, "%s\n", note->c_str());
     std::cout << service.url() << std::endl;
     service.run();

@@ -1,5 +1,6 @@
 #include "services/cli/opened_recording.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <stdexcept>
@@ -45,12 +46,14 @@ std::unique_ptr<OpenedRecording> open_recording(const std::vector<std::string>& 
 }
 
 bus::Clock::time_point time_in(const OpenedRecording& recording, double at, const std::string& option) {
-  if (at > recording.length()) {
+  constexpr double kHalfOfPrinted = 5e-4;  // the length that people read has milliseconds
+  if (at > recording.length() + kHalfOfPrinted) {
     throw Failure(ExitCode::kBadInput, option + " " + decimal_text(at, 3) +
                                            " is behind the end of the recording, which has " +
                                            decimal_text(recording.length(), 3) + " s");
   }
-  return recording.index.begin + std::chrono::duration_cast<bus::Clock::duration>(std::chrono::duration<double>(at));
+  const auto since_begin = std::chrono::duration_cast<bus::Clock::duration>(std::chrono::duration<double>(at));
+  return std::min(recording.index.begin + since_begin, recording.index.end);
 }
 
 }  // namespace hecaton::services::cli

@@ -20,6 +20,7 @@ constexpr std::array<double, 4> kWanted = {0.08, 0.05, 0.03, 0.015};
 /// Links of the arm keep this much more than the security distance in a chosen pose, as in goals that `simulate` draws
 /// [m].
 constexpr double kMarginOfItself = 0.015;
+constexpr double kLeastMarginOfItself = 0.002;  ///< the same for arms that have no such pose [m]
 /// Clearance to other arms and obstacles with which a robot's own pose is taken [m].
 constexpr double kOwnPoseClearance = 0.03;
 /// Least way of a link or the tool from `home` to another pose, as a share of the width at `home`: one that is seen.
@@ -128,25 +129,32 @@ std::optional<JointVector> PoseFinder::find_one(const planner::Arm& model, int a
     return any || way(model, home->second, q) >= kApart * width(model, home->second);
   };
   const auto apart = [&](const JointVector& q) { return any || (q - home->second).norm() >= kApartInJoints; };
-  if (auto pose = find_compact(model, arm, placed, seen)) return pose;
-  return find_compact(model, arm, placed, apart);
+  // Next to the security distance an arm comes to rest slowly, within it not at all: a pose that is seen less is
+  // better.
+  using Usable = std::function<bool(const JointVector&)>;
+  for (const Usable& usable : {Usable(seen), Usable(apart)}) {
+    for (const double margin : {kMarginOfItself, kLeastMarginOfItself}) {
+      if (auto pose = find_compact(model, arm, placed, usable, margin)) return pose;
+    }
+  }
+  if (auto pose = find_compact(model, arm, placed, seen, std::nullopt)) return pose;
+  return find_compact(model, arm, placed, apart, std::nullopt);
 }
 
 std::optional<JointVector> PoseFinder::find_compact(const planner::Arm& model, int arm, const Placed& placed,
-                                                    const std::function<bool(const JointVector&)>& usable) const {
+                                                    const std::function<bool(const JointVector&)>& usable,
+                                                    std::optional<double> margin) const {
   const auto posture = [&](const Wanted& wanted) -> std::optional<JointVector> {
     const auto fits = [&](const JointVector& q) { return usable(q) && clear(arm, q, placed, wanted); };
     const auto found = std::find_if(postures_[arm].begin(), postures_[arm].end(), fits);
     if (found == postures_[arm].end()) return std::nullopt;
     return plain(model, *found, fits);
   };
-  // Next to the security distance an arm comes to rest slowly, or not at all.
   const double kept = planner::default_damper({.reach = planner::arm_reach(model).tool}).self_security_distance;
   for (const double clearance : kWanted) {
-    if (auto pose = posture({kept + kMarginOfItself, planner::kRestShare, clearance})) return pose;
-  }
-  for (const double clearance : kWanted) {
-    if (auto pose = posture({0.25 * clearance, planner::kSecurityShare, clearance})) return pose;
+    const Wanted wanted = margin ? Wanted{kept + *margin, planner::kRestShare, clearance}
+                                 : Wanted{0.25 * clearance, planner::kSecurityShare, clearance};
+    if (auto pose = posture(wanted)) return pose;
   }
   return std::nullopt;
 }

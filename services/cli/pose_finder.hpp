@@ -38,10 +38,11 @@ class PoseFinder {
   [[nodiscard]] bool clear(int arm, const planner::JointVector& q, const Placed& placed, const Wanted& wanted) const;
   [[nodiscard]] std::optional<planner::JointVector> find_one(const planner::Arm& model, int arm,
                                                              const std::string& name, const Placed& placed) const;
-  /// The most compact posture that is usable and clear, with round numbers where it can have them.
+  /// The most compact posture that is usable and clear, with round numbers where it can have them. `margin`: to the
+  /// security distance between links of the arm [m]; empty: these may come nearer.
   [[nodiscard]] std::optional<planner::JointVector> find_compact(
       const planner::Arm& model, int arm, const Placed& placed,
-      const std::function<bool(const planner::JointVector&)>& usable) const;
+      const std::function<bool(const planner::JointVector&)>& usable, std::optional<double> margin) const;
 
   std::vector<world::Obstacle> obstacles_;
   std::vector<planner::CellGeometry> geometries_;

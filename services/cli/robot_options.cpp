@@ -11,6 +11,7 @@
 #include "planner/collision/model_filter.hpp"
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
+#include "services/command_line/terminal.hpp"
 #include "services/config/robot_catalogue.hpp"
 #include "services/config/text.hpp"
 
@@ -58,6 +59,16 @@ void add_robot_file_options(CLI::App& app, RobotFileOptions& options, const std:
   };
   add(kXacro, options.xacro_arguments, "NAME=VALUE", "argument of a xacro file, NAME=VALUE");
   add(kPackage, options.packages, "NAME=DIR", "folder of a package:// name, NAME=DIR");
+}
+
+std::string words_of(const RobotFileOptions& options) {
+  std::string words;
+  for (const auto& [name, folder] : options.packages)
+    words.append(" --package ").append(shell_word(name + "=" + folder));
+  for (const auto& [name, value] : options.xacro_arguments) {
+    words.append(" --xacro ").append(shell_word(name + "=" + value));
+  }
+  return words;
 }
 
 void name_file_options(planner::UrdfOptions& options) {
@@ -138,8 +149,9 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, c
   urdf.default_acceleration.reset();
   urdf.default_velocity = options.default_velocity;
   name_file_options(urdf);
-  urdf.names.tool_link = "--tool LINK; for both arms: hecaton init left=" + config::printable(word) +
-                         ":LINK right=" + config::printable(word) + ":LINK";
+  const std::string file = shell_word(config::printable(word));
+  urdf.names.tool_link = "--tool LINK; for both arms: hecaton init left=" + file + ":@first right=" + file +
+                         ":@second" + words_of(options.files);
   urdf.names.held_joints = std::string(kJoint) + " NAME=VALUE";
   urdf.names.default_velocity = kDefaultVelocity;
   urdf.names.allow_bare_links = kAllowBareLinks;

@@ -24,6 +24,8 @@ struct RobotFileOptions {
 
 /// Adds --package and --xacro. Parsing throws Failure (bad input) for an invalid value. `prefix`: of the descriptions.
 void add_robot_file_options(CLI::App& app, RobotFileOptions& options, const std::string& prefix);
+/// The options as a user writes them: " --package NAME=DIR --xacro NAME=VALUE".
+[[nodiscard]] std::string words_of(const RobotFileOptions& options);
 /// Names of these options, for messages.
 void name_file_options(planner::UrdfOptions& options);
 

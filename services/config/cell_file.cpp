@@ -203,6 +203,10 @@ void check_ros2_names(const MapView& root, const CellFile& file) {
       root.fail("arms[" + std::to_string(i) + "].name", name,
                 "another name, because the section ros2 has the orders of the whole cell under this one");
     }
+    if (name.find("__") != std::string::npos) {
+      root.fail("arms[" + std::to_string(i) + "].name", name,
+                "a name without two underscores in a row, because the section ros2 makes topics of it");
+    }
     const bool digit_first = name.front() >= '0' && name.front() <= '9';
     if (!digit_first && name.find_first_of("-.") == std::string::npos) continue;
     root.fail("arms[" + std::to_string(i) + "].name", name,

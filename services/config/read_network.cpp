@@ -173,6 +173,9 @@ std::string read_namespace(const YamlView& view) {
     valid = valid && allowed;
     before = c;
   }
+  if (text.find("__") != std::string::npos) {
+    view.fail("a namespace without two underscores in a row, which ROS 2 does not allow in names");
+  }
   if (!valid || before == '/') {
     view.fail("a namespace such as /cell1: names of letters, digits and underscores, each after a slash");
   }

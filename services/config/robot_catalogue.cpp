@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include <dlfcn.h>
+#include <link.h>
+
 #include "planner/collision/model_filter.hpp"
 #include "services/config/text.hpp"
 #include "services/config/yaml_view.hpp"
@@ -18,6 +21,20 @@ constexpr std::size_t kMostPoses = 64;
 constexpr std::size_t kMostSentences = 32;
 
 const Section kRobot{"robot", {"title", "reach", "payload", "tools", "acceleration", "sources", "approximate"}};
+
+/// The program or shared library that has this code: a client library and the Python module run in other programs.
+fs::path own_file() {
+  Dl_info ignored{};
+  void* map = nullptr;
+  if (dladdr1(&kFolderOfPackage, &ignored, &map, RTLD_DL_LINKMAP) != 0 && map != nullptr) {
+    const char* const library = static_cast<const link_map*>(map)->l_name;  // empty for the program
+    if (library != nullptr && *library != '\0') return library;
+  }
+  return "/proc/self/exe";
+}
+
+/// A prefix has programs in bin, and the Python package in lib/python3/dist-packages/hecaton.
+constexpr int kMostFoldersAbove = 5;
 
 std::string entry_path(std::string_view name) {
   return (robots_folder() / (std::string(name) + ".yaml")).string();
@@ -70,9 +87,12 @@ planner::JointVector joint_vector(const std::vector<double>& numbers) {
 fs::path robots_folder() {
   if (const char* chosen = std::getenv("HECATON_ROBOTS")) return chosen;
   std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-  const fs::path beside = fs::canonical(program.parent_path().parent_path() / "share/hecaton/robots", ignored);
-  return fs::is_directory(beside, ignored) ? beside : fs::path(kFolderOfPackage);
+  fs::path prefix = fs::canonical(own_file(), ignored).parent_path();
+  for (int i = 1; i <= kMostFoldersAbove && prefix.has_relative_path(); ++i, prefix = prefix.parent_path()) {
+    const fs::path beside = fs::canonical(prefix / "share/hecaton/robots", ignored);
+    if (fs::is_directory(beside, ignored)) return beside;
+  }
+  return kFolderOfPackage;
 }
 
 std::vector<std::string> robot_names() {

@@ -34,8 +34,9 @@ struct NamedRobot {
   std::vector<std::string> approximate;
 };
 
-/// The folder of the catalogue: HECATON_ROBOTS if it is set, else `../share/hecaton/robots` from the running program
-/// (build tree and installation), else the folder of the Debian package.
+/// The folder of the catalogue: HECATON_ROBOTS if it is set, else `share/hecaton/robots` in one of the five folders
+/// above the program or shared library that has this code (build tree and installation), else that of the Debian
+/// package.
 [[nodiscard]] std::filesystem::path robots_folder();
 
 /// All names in order; empty when there is no such folder.

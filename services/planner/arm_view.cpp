@@ -6,6 +6,7 @@
 
 #include "planner/local/latency_compensation.hpp"
 #include "services/messages/convert.hpp"
+#include "services/runtime/state_age.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -84,7 +85,10 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
     outside.push_back(between);
   }
   SenderClock clock = known && known->writer == writer ? known->clock : SenderClock();
-  const Clock::time_point sent = clock.sent(state.stamp_ns(), received);
+  const Clock::time_point sent = measured_at(state, received, clock);
+  // Nothing has stopped the arm that others move when its device fails.
+  const bool failed = state.mode() == msg::ArmMode::ARM_FAILED;
+  const bool foreign = state.mode() == msg::ArmMode::ARM_OBSERVED || (failed && known && known->foreign);
   known = ReceivedState{*q,
                         *qd,
                         state.mode(),
@@ -100,7 +104,8 @@ std::optional<std::string> ArmView::apply(const msg::ArmState& state, const bus:
                         writer,
                         sent,
                         clock,
-                        std::move(outside)};
+                        std::move(outside),
+                        foreign};
   return std::nullopt;
 }
 
@@ -271,7 +276,7 @@ std::span<const planner::ArmObservation> ArmView::observe(Clock::time_point now,
     seen.q = received_[i]->q;
     seen.qd = received_[i]->qd;
     seen.age = age(static_cast<int>(i), now);
-    seen.foreign = received_[i]->mode == msg::ArmMode::ARM_OBSERVED;
+    seen.foreign = received_[i]->foreign;
     const bool plans = received_[i]->mode == msg::ArmMode::ARM_RUNNING && mode.order(names_[i]) == msg::Mode::MODE_RUN;
     if (plans) planned_at_[i] = now;
     // An arm that lags still moves as it was planned, and begins its stop that much later.

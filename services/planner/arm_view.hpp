@@ -43,6 +43,7 @@ class ArmView {
     SenderClock clock;     ///< of its writer
     /// Of the joints outside the chain; empty: anywhere in their ranges.
     std::vector<planner::MotionRange> outside = {};
+    bool foreign = false;  ///< others move it, or did when its device failed
   };
 
   /// `self`: index of the own arm. Every arm is a neighbour.

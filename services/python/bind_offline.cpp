@@ -205,8 +205,8 @@ void bind_kinematics(py::class_<CellModel, Shared>& model) {
             query.orientation_tolerance = orientation_tolerance;
             query.collision_free = collision_free;
             query.seeds = seeds;
-            const auto q = run_interruptibly(std::stop_token(), [&](const std::stop_token&) {
-              return self->inverse(arm, from_public(pose), query);
+            const auto q = run_interruptibly(std::stop_token(), [&](const std::stop_token& stop) {
+              return self->inverse(arm, from_public(pose), query, stop);
             });
             return q ? py::object(array_of_joints(*q)) : py::object(py::none());
           },

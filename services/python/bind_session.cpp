@@ -85,6 +85,15 @@ void bind_edits(py::class_<Session, std::shared_ptr<Session>>& session) {
           },
           py::arg("name"), py::arg("shape"), py::arg("pose"), py::arg("motion"), py::arg("timeout"))
       .def(
+          "replace",
+          [](Session& self, const std::string& name, const Shape& shape, const Pose& pose, const Motion& motion,
+             const Limit& timeout) {
+            return self.call(limit_of(timeout), [&](const Cell& cell, const Wait& wait) {
+              return cell.world().replace(name, shape, pose, motion, wait);
+            });
+          },
+          py::arg("name"), py::arg("shape"), py::arg("pose"), py::arg("motion"), py::arg("timeout"))
+      .def(
           "move",
           [](Session& self, const std::string& name, const Pose& pose, const Limit& timeout) {
             return self.call(limit_of(timeout),

@@ -92,11 +92,10 @@ planner::FrameJacobian CellModel::jacobian(const std::string& name, const std::v
 }
 
 std::optional<JointVector> CellModel::inverse(const std::string& name, const planner::Pose& X_WT,
-                                              const InverseQuery& query) const {
+                                              const InverseQuery& query, const std::stop_token& stop) const {
   const int own = index(name);
   planner::IkOptions options;
   options.free_rotation = query.free_rotation;
-  options.seeds = query.seeds;
   options.position_tolerance = query.position_tolerance;
   options.orientation_tolerance = query.orientation_tolerance;
   std::optional<planner::CellGeometry> geometry;
@@ -111,7 +110,13 @@ std::optional<JointVector> CellModel::inverse(const std::string& name, const pla
     options.accept = [&](const JointVector& q) { return !planner::reject_goal(*geometry, q, states); };
   }
   const JointVector from = query.start ? joints(own, *query.start) : start(name);
-  return planner::inverse_kinematics(file_.cell.arms[own].arm, X_WT, from, options);
+  // In parts of some tenths of a second, so that a stop ends it. Each part has random configurations of its own.
+  constexpr int kPart = 32;
+  for (std::int64_t left = query.seeds;; left -= kPart, ++options.random_seed) {
+    options.seeds = static_cast<int>(std::min<std::int64_t>(left, kPart));
+    const auto q = planner::inverse_kinematics(file_.cell.arms[own].arm, X_WT, from, options);
+    if (q || left <= kPart || stop.stop_requested()) return q;
+  }
 }
 
 std::vector<JointVector> CellModel::configuration(const Positions& positions) const {

@@ -70,9 +70,10 @@ class CellModel {
   [[nodiscard]] planner::Kinematics forward(const std::string& arm, const std::vector<double>& q) const;
   /// 6 × n, rows [ω; v], of the tool frame in W.
   [[nodiscard]] planner::FrameJacobian jacobian(const std::string& arm, const std::vector<double>& q) const;
-  /// Joint positions within the limits that bring the tool to X_WT; empty when none is found.
+  /// Joint positions within the limits that bring the tool to X_WT; empty when none is found before a stop.
   [[nodiscard]] std::optional<planner::JointVector> inverse(const std::string& arm, const planner::Pose& X_WT,
-                                                            const InverseQuery& query) const;
+                                                            const InverseQuery& query,
+                                                            const std::stop_token& stop) const;
   /// The nearest pair of bodies of the cell with obstacles at t = 0. Arms that `positions` leaves out are where they
   /// start.
   [[nodiscard]] planner::global::Validity::Nearest nearest(const Positions& positions) const;

@@ -59,6 +59,7 @@ void translate(std::exception_ptr exception) {
 
 PYBIND11_MODULE(_hecaton, module) {
   module.doc() = "Native part of the package hecaton.";
+  module.attr("VERSION") = HECATON_VERSION;
   pybind11::register_exception_translator(&hecaton::python::translate);
   hecaton::python::bind_values(module);
   hecaton::python::bind_session(module);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <hecaton/client.hpp>
@@ -25,6 +27,28 @@ std::string representation(const py::object& self) {
   return text + ")";
 }
 
+/// Values of one class with equal fields, all of which are numbers or arrays of them.
+py::object equal(const py::object& self, const py::object& other) {
+  if (!py::type::of(self).is(py::type::of(other))) return py::reinterpret_borrow<py::object>(Py_NotImplemented);
+  const py::object array_equal = py::module_::import("numpy").attr("array_equal");
+  for (const py::handle name : self.attr("_fields")) {
+    if (!array_equal(self.attr(name), other.attr(name)).cast<bool>()) return py::bool_(false);
+  }
+  return py::bool_(true);
+}
+
+/// The same for equal values.
+py::ssize_t hash_of(const py::object& self) {
+  const py::object as_array = py::module_::import("numpy").attr("asarray");
+  py::list parts;
+  parts.append(py::type::of(self));
+  for (const py::handle name : self.attr("_fields")) {
+    // −0 becomes 0.
+    parts.append((as_array(self.attr(name), "float64") + py::float_(0.0)).attr("tobytes")());
+  }
+  return py::hash(py::tuple(parts));
+}
+
 /// A class whose objects are constant. Its `_fields` name what its representation shows.
 template <class T>
 class Value : public py::class_<T> {
@@ -45,8 +69,10 @@ class Value : public py::class_<T> {
     fields_.append(name);
     return *this;
   }
-  /// Objects can be pickled and copied. The constructor takes the fields in their order.
+  /// Objects can be pickled, copied and compared. The constructor takes the fields in their order.
   Value& picklable() {
+    this->def("__eq__", &equal);
+    this->def("__hash__", &hash_of);
     this->def("__reduce__", [](const py::object& self) {
       py::list values;
       for (const py::handle name : self.attr("_fields")) values.append(self.attr(name));
@@ -98,6 +124,14 @@ Array matrix_in(const py::object& numbers, py::ssize_t columns, const std::strin
   return matrix;
 }
 
+/// Throws InvalidArgument with the name of a number that is not finite.
+void require_finite(std::initializer_list<std::pair<const char*, double>> named) {
+  for (const auto& [name, value] : named) {
+    if (std::isfinite(value)) continue;
+    throw InvalidArgument(std::string(name) + " = " + quoted(py::float_(value)) + " must be a finite number");
+  }
+}
+
 Pose pose_of_matrix(const py::object& numbers) {
   const Array matrix = matrix_in(numbers, 4, "a pose matrix must have the shape (4, 4)");
   if (matrix.shape(0) != 4) throw InvalidArgument("a pose matrix must have the shape (4, 4)");
@@ -107,6 +141,10 @@ Pose pose_of_matrix(const py::object& numbers) {
   if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kTolerance && R.determinant() > 0.0)) {
     throw InvalidArgument("the upper left 3 × 3 block of a pose matrix must be a rotation");
   }
+  if (!((X.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).norm() < kTolerance)) {
+    throw InvalidArgument("the last row of a pose matrix must be 0 0 0 1");
+  }
+  require_finite({{"matrix[0, 3]", X(0, 3)}, {"matrix[1, 3]", X(1, 3)}, {"matrix[2, 3]", X(2, 3)}});
   const Eigen::Quaterniond rotation(R);
   return {{X(0, 3), X(1, 3), X(2, 3)}, {rotation.w(), rotation.x(), rotation.y(), rotation.z()}};
 }
@@ -122,6 +160,7 @@ py::array_t<double> matrix_of(const Pose& pose) {
 }
 
 Pose make_pose(const Vector3& position, const py::object& rotation) {
+  require_finite({{"position[0]", position.x}, {"position[1]", position.y}, {"position[2]", position.z}});
   const auto numbers = numbers_in(rotation);
   std::array<double, 4> wxyz{};
   double squared = 0.0;
@@ -137,11 +176,13 @@ Pose make_pose(const Vector3& position, const py::object& rotation) {
 }
 
 Pose pose_xyz(const Number& x, const Number& y, const Number& z) {
+  require_finite({{"x", x}, {"y", y}, {"z", z}});
   return Pose::xyz(x, y, z);
 }
 
 Pose pose_xyz_rpy(const Number& x, const Number& y, const Number& z, const Number& roll, const Number& pitch,
                   const Number& yaw) {
+  require_finite({{"x", x}, {"y", y}, {"z", z}, {"roll", roll}, {"pitch", pitch}, {"yaw", yaw}});
   return Pose::xyz_rpy(x, y, z, roll, pitch, yaw);
 }
 
@@ -314,6 +355,7 @@ void bind_progress(py::module_& module) {
              "in its trajectory that the arm has come to [s]; None: it has no trajectory")
       .field("trajectory_rate", &Progress::trajectory_rate,
              "of that time: 1 as the trajectory demands, 0 while the arm waits")
+      .field("age", &Progress::age, "since this progress arrived; in a CellStatus 0 [s]")
       .def_property_readonly(
           "ended", [](const Progress& progress) { return is_final(progress.state); }, "the state is the last one");
   Value<Outcome>(module, "Outcome", "How a goal stands at the end of a wait. True if the goal was reached.")

@@ -31,7 +31,8 @@ std::optional<world::EditResult> refuse_place(const world::BulletWorld& world, c
                  world::EditRefusal::kNotNow);
 }
 
-world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const msg::Obstacle& message) {
+/// `replace`: an obstacle with this name gives up its place.
+world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const msg::Obstacle& message, bool replace) {
   const auto obstacle = messages::from_message(message);
   if (!obstacle) return refused(message.name(), obstacle.error);
   if (const auto complaint = config::complain(*obstacle))
@@ -39,7 +40,9 @@ world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const m
   std::vector<std::string> arms;
   for (const planner::PlannedArm& planned : cell.arms) arms.push_back(planned.arm.name);
   std::vector<std::string> others;
-  for (const world::Obstacle& other : world.obstacles()) others.push_back(other.name);
+  for (const world::Obstacle& other : world.obstacles()) {
+    if (!replace || other.name != obstacle->name) others.push_back(other.name);
+  }
   if (const auto complaint = config::complain_about_name(obstacle->name, arms, others)) {
     return refused(obstacle->name, about(obstacle->name, complaint->sentence()), world::EditRefusal::kNameTaken);
   }
@@ -52,7 +55,7 @@ world::EditResult add(world::BulletWorld& world, const EditedCell& cell, const m
     const world::Pose X_WO = world::motion_at(*obstacle, world.time()).X_WO;
     if (const auto refusal = refuse_place(world, cell, *obstacle, X_WO)) return *refusal;
   }
-  return world.add(*obstacle);
+  return replace && world.find(obstacle->name) != nullptr ? world.replace(*obstacle) : world.add(*obstacle);
 }
 
 world::EditResult move(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
@@ -124,13 +127,17 @@ msg::Cause cause_of(const world::EditResult& result) {
 }
 
 const std::string& edited_name(const msg::WorldEditRequest& request) {
-  return request.kind() == msg::EditKind::EDIT_ADD ? request.obstacle().name() : request.name();
+  const bool carries_obstacle =
+      request.kind() == msg::EditKind::EDIT_ADD || request.kind() == msg::EditKind::EDIT_REPLACE;
+  return carries_obstacle ? request.obstacle().name() : request.name();
 }
 
 world::EditResult apply_edit(world::BulletWorld& world, const EditedCell& cell, const msg::WorldEditRequest& request) {
   switch (request.kind()) {
     case msg::EditKind::EDIT_ADD:
-      return add(world, cell, request.obstacle());
+      return add(world, cell, request.obstacle(), false);
+    case msg::EditKind::EDIT_REPLACE:
+      return add(world, cell, request.obstacle(), true);
     case msg::EditKind::EDIT_MOVE:
       return move(world, cell, request);
     case msg::EditKind::EDIT_REMOVE:

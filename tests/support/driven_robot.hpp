@@ -78,9 +78,10 @@ class DrivenRobot : public Base {
     ASSERT_TRUE(session_->active()) << text();
   }
   [[nodiscard]] std::vector<double> robot_q() { return robot_->state().at("q").template get<std::vector<double>>(); }
+  [[nodiscard]] std::vector<double> robot_qd() { return robot_->state().at("qd").template get<std::vector<double>>(); }
   /// The arm stands on the robot's side.
   bool stands() {
-    const auto qd = robot_->state().at("qd").template get<std::vector<double>>();
+    const auto qd = robot_qd();
     return std::all_of(qd.begin(), qd.end(), [this](double v) { return std::abs(v) < setup_.still; });
   }
   /// The supervisor has taken over the hold, and a person resumes.

@@ -36,6 +36,8 @@ from .errors import Closed, Error, GoalFailed, InvalidArgument, NoAnswer, Reject
 from .live import ANSWER_LIMIT, GRIPPER_LIMIT, Arm, Cell, Goal, Signals, Tool, World, connect
 from .offline import ArmModel, CellFile, Finding, Limits, MissedTask, Separation, SimulationReport, load
 
+__version__: str = _module.VERSION
+
 __all__ = [
     "ANSWER_LIMIT", "ARM_MODES", "Arm", "ArmModel", "ArmState", "ArmStatus", "Binding", "Box", "CAUSE_KINDS",
     "CELL_MODES", "Capsule", "Cause", "Cell", "CellFile", "CellStatus", "Circle", "Closed", "ContactReport",

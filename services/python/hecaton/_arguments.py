@@ -66,6 +66,13 @@ def number(key: str, value: SupportsFloat, must_be: str = "a number") -> float:
     refuse(key, value, must_be)
 
 
+def finite_number(key: str, value: SupportsFloat) -> float:
+    must_be = "a finite number"
+    if not math.isfinite(number(key, value, must_be)):
+        refuse(key, value, must_be)
+    return float(value)
+
+
 def positive(key: str, value: SupportsFloat, unit: str) -> float:
     """Infinite is allowed."""
     must_be = f"a number above 0 [{unit}]"

@@ -242,13 +242,13 @@ class Arm:
         """Sends a goal and returns at once. It replaces the present goal of the arm, also that of another client.
 
         `target` is the name of a pose of the cell file, joint positions from base to tip [rad | m], or a Pose of the
-        tool frame in W. The planner ends the goal after `time_limit` [s]. For a Pose: `free_rotation` is none, roll,
-        pitch, yaw or all; tolerances in [m] and [rad].
+        tool frame in W. The planner ends the goal after `time_limit` [s]; None, 0: no limit. For a Pose:
+        `free_rotation` is none, roll, pitch, yaw or all; tolerances in [m] and [rad].
         """
         native = self._link.session.go_to(self._name, target, limit("time_limit", time_limit),
                                           _arguments.word("free_rotation", free_rotation, _hecaton.FREE_ROTATIONS),
-                                          _arguments.number("position_tolerance", position_tolerance),
-                                          _arguments.number("orientation_tolerance", orientation_tolerance))
+                                          _arguments.finite_number("position_tolerance", position_tolerance),
+                                          _arguments.finite_number("orientation_tolerance", orientation_tolerance))
         return Goal(self._link, native, self._name)
 
     def follow(self, times: Numbers, positions: Rows, velocities: Rows | None = None, accelerations: Rows | None = None,
@@ -322,6 +322,12 @@ class Arm:
         return f"<hecaton.Arm {self._name}>"
 
 
+def _obstacle(name: str, shape: Shape, pose: Pose, motion: Motion | None) -> tuple[str, Shape, Pose, Motion]:
+    moves = _hecaton.Static() if motion is None else _arguments.one_of("motion", motion, _arguments.MOTIONS)
+    return (_arguments.text("name", name), _arguments.one_of("shape", shape, _arguments.SHAPES),
+            _arguments.pose("pose", pose), moves)
+
+
 class World:
     """The obstacles of a cell. An edit returns when it is made; a rejected edit raises Rejected and changes nothing."""
 
@@ -333,9 +339,12 @@ class World:
     def add(self, name: str, shape: Shape, pose: Pose, motion: Motion | None = None, *,
             timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Adds an obstacle. `name` must be unique; `pose` is that of its frame in W; without `motion` it stays."""
-        moves = _hecaton.Static() if motion is None else _arguments.one_of("motion", motion, _arguments.MOTIONS)
-        return self._link.session.add(_arguments.text("name", name), _arguments.one_of("shape", shape, _arguments.SHAPES),
-                                      _arguments.pose("pose", pose), moves, limit("timeout", timeout))
+        return self._link.session.add(*_obstacle(name, shape, pose, motion), limit("timeout", timeout))
+
+    def replace(self, name: str, shape: Shape, pose: Pose, motion: Motion | None = None, *,
+                timeout: float | None = ANSWER_LIMIT) -> Receipt:
+        """As add(), in the place of the obstacle with this name, if there is one. Arms see either shape, never none."""
+        return self._link.session.replace(*_obstacle(name, shape, pose, motion), limit("timeout", timeout))
 
     def move(self, name: str, pose: Pose, *, timeout: float | None = ANSWER_LIMIT) -> Receipt:
         """Moves an obstacle to `pose` in W and ends its scripted motion."""

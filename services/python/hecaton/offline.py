@@ -122,6 +122,7 @@ class ArmModel:
         """Joint positions within the limits that bring the tool frame to `pose` in W; None when none is found.
 
         The search begins at `start` (where the arm starts), then at `seeds` random configurations; it is deterministic.
+        Ctrl-C ends it.
         `collision_free`: clear of the arm itself, of obstacles, and of links of other arms that no joint moves.
         """
         begin = None if start is None else self._joints(start)

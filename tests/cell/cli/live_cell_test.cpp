@@ -170,6 +170,7 @@ TEST_F(LiveCell, EditsTheWorld) {
   EXPECT_EQ(run({"obstacle", "add", "crate", "--box", "0.1 0.1 0.1", "--pose", "0 0 2.5 0 0 0"}).code, 0);
   EXPECT_NE(run({"obstacle", "add", "crate", "--sphere", "0.1", "--pose", "0 0 3 0 0 0"}).code, 0)
       << "the name is not unique";
+  EXPECT_EQ(run({"obstacle", "replace", "crate", "--box", "0.1 0.1 0.1", "--pose", "0 0 3 0 0 0"}).out, "put crate\n");
   EXPECT_EQ(run({"obstacle", "move", "crate", "--pose", "0.1 0 2.5 0 0 0"}).code, 0);
   EXPECT_EQ(run({"obstacle", "move", "box", "--pose", "0 0 0 0 0 0"}).code, 3);
 

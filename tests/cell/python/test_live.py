@@ -309,6 +309,8 @@ class Goals(LiveCell):
                  lambda: north.go_to("home", time_limit="a")),
                 ("free_rotation = 'rol' must be none, roll, pitch, yaw or all",
                  lambda: north.go_to("home", free_rotation="rol")),
+                ("position_tolerance = nan must be a finite number",
+                 lambda: north.go_to("home", position_tolerance=float("nan"))),
                 ("timeout = nan must be a number of seconds, or None for no limit", lambda: north.state(float("nan"))),
                 ("'post' is followed by a NUL, which ends a text of DDS", lambda: world.remove("post\0er")),
                 ("'home' is followed by a NUL, which ends a text of DDS", lambda: north.go_to("home\0")),
@@ -367,6 +369,15 @@ class Obstacles(LiveCell):
         for bad in (points[:0], np.vstack([points, points[:1]]), [[0, 0, float("nan")]]):
             with self.assertRaises(hecaton.InvalidArgument):
                 world.add("scan", hecaton.Points(bad, 0.01), hecaton.Pose.xyz(4, 4, 1))
+
+    def test_replaced_obstacle_is_never_absent(self):
+        world = self.cell.world
+        edition = world.replace("tray", hecaton.Sphere(0.1), hecaton.Pose.xyz(3, 3, 1), timeout=LONG).edition
+        self.assertEqual(world.replace("tray", hecaton.Box(0.1, 0.1, 0.1), hecaton.Pose.xyz(3, 3, 2)).edition, edition + 1)
+        self.wait_for(lambda states: abs(states["tray"].pose.position[2] - 2) < 1e-9)
+        with self.assertRaises(hecaton.Rejected):
+            world.replace("north", hecaton.Sphere(0.1), hecaton.Pose.xyz(3, 3, 3))
+        world.remove("tray")
 
     def test_rejected_edit_raises_and_changes_nothing(self):
         with self.assertRaises(hecaton.Rejected) as raised:

@@ -1,9 +1,14 @@
 """The package `hecaton` without a network."""
 
 import copy
+import os
 import pathlib
 import pickle
+import signal
+import subprocess
+import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -33,6 +38,15 @@ class Load(unittest.TestCase):
         self.assertEqual(raised.exception.kind, "invalid_cell_file")
         self.assertIn("arms", str(raised.exception))
 
+    def test_robots_by_name_are_found_beside_the_package(self):
+        environment = {name: value for name, value in os.environ.items() if name != "HECATON_ROBOTS"}
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "cell.yaml"
+            file.write_text("name: test\narms:\n  - {name: left, robot: ur3e}\n")
+            program = "import hecaton, sys; print(len(hecaton.load(sys.argv[1]).arm('left').joint_names))"
+            done = subprocess.run([sys.executable, "-c", program, file], cwd=folder, env=environment, capture_output=True, text=True)
+        self.assertEqual((done.stdout, done.stderr), ("6\n", ""))
+
     def test_check_returns_findings(self):
         findings = hecaton.load(THREE_PUMA).check()
         self.assertFalse([finding for finding in findings if finding.severity == "error"])
@@ -52,6 +66,15 @@ class Pickle(unittest.TestCase):
                 self.assertEqual(repr(other), repr(value))
                 self.assertIs(type(other), type(value))
         np.testing.assert_array_equal(pickle.loads(pickle.dumps(pose)).matrix, pose.matrix)
+
+    def test_equal_values_are_equal_and_have_one_hash(self):
+        self.assertEqual(hecaton.Pose.xyz(1, 2, 3), hecaton.Pose((1, 2, 3)))
+        self.assertNotEqual(hecaton.Pose.xyz(1, 2, 3), hecaton.Pose.xyz(1, 2, 4))
+        self.assertNotEqual(hecaton.Box(1, 2, 3), (1, 2, 3))
+        self.assertNotEqual(hecaton.Sphere(1), hecaton.Dynamic(1))
+        self.assertEqual(hecaton.ConvexHull(np.eye(3)), hecaton.ConvexHull(np.eye(3).tolist()))
+        self.assertNotEqual(hecaton.ConvexHull(np.eye(3)), hecaton.ConvexHull(np.eye(4, 3)))
+        self.assertEqual(len({hecaton.Pose.xyz(0, 2, 3), hecaton.Pose.xyz(-0.0, 2, 3), hecaton.Static(), hecaton.Static()}), 2)
 
     def test_exceptions_keep_text_kind_and_subject(self):
         for kind in (hecaton.Error, hecaton.Rejected, hecaton.GoalFailed, hecaton.WaitTimeout):
@@ -89,6 +112,24 @@ class Kinematics(unittest.TestCase):
         self.assertGreater(abs(found.rotation @ pose.rotation), 1 - 1e-6)
         self.assertTrue(np.all(q >= north.limits.lower) and np.all(q <= north.limits.upper))
         self.assertIsNone(north.inverse(hecaton.Pose.xyz(9, 9, 9)))
+
+    def test_ctrl_c_ends_a_long_search(self):
+        program = ("import hecaton, signal, sys\n"
+                   "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+                   "arm = hecaton.load(sys.argv[1]).arm('north')\n"
+                   "print('searching', flush=True)\n"
+                   "try:\n"
+                   "    arm.inverse(hecaton.Pose.xyz(9, 9, 9), seeds=2**31 - 1)\n"
+                   "except KeyboardInterrupt:\n"
+                   "    print('interrupted', flush=True)\n")
+        process = subprocess.Popen([sys.executable, "-c", program, str(THREE_PUMA)], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        self.assertEqual(process.stdout.readline(), "searching\n")
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual((out, process.returncode), ("interrupted\n", 0), err)
 
     def test_wrong_number_of_joints_raises(self):
         with self.assertRaises(hecaton.InvalidArgument):
@@ -166,6 +207,24 @@ class Refusals(unittest.TestCase):
         self.refused("rotation = 'x' must be a unit quaternion (w, x, y, z)", hecaton.Pose, rotation="x")
         self.refused("a pose matrix must have the shape (4, 4)", hecaton.Pose.from_matrix, "x")
         self.refused("points must be an array of shape (N, 3), or a mesh with such vertices", hecaton.ConvexHull, None)
+
+    def test_poses_are_finite_and_rigid(self):
+        nan, inf = float("nan"), float("inf")
+        self.refused("x = nan must be a finite number", hecaton.Pose.xyz, nan, 0, 0)
+        self.refused("z = -inf must be a finite number", hecaton.Pose.xyz, 0, 0, -inf)
+        self.refused("yaw = nan must be a finite number", hecaton.Pose.xyz_rpy, 0, 0, 0, 0, 0, nan)
+        self.refused("position[1] = inf must be a finite number", hecaton.Pose, (0, inf, 0))
+        with self.assertRaises(hecaton.InvalidArgument):
+            hecaton.Pose((0, 0, 0), (nan, 0, 0, 0))
+        for row, column, sentence in ((0, 3, "matrix[0, 3] = nan must be a finite number"),
+                                      (1, 1, "the upper left 3 × 3 block of a pose matrix must be a rotation"),
+                                      (3, 0, "the last row of a pose matrix must be 0 0 0 1")):
+            matrix = np.eye(4)
+            matrix[row, column] = nan
+            self.refused(sentence, hecaton.Pose.from_matrix, matrix)
+        matrix = np.eye(4)
+        matrix[3, 3] = 2
+        self.refused("the last row of a pose matrix must be 0 0 0 1", hecaton.Pose.from_matrix, matrix)
 
     def test_names_the_allowed_domains(self):
         self.refused("domain = 500 must be a whole number from 0 to 199", hecaton.connect, domain=500)

@@ -33,6 +33,7 @@ def drive(cell: hecaton.Cell) -> None:
     print([progress.ended for progress in goal.updates()])
     world = cell.world
     print(world.add("crate", hecaton.Box(0.2, 0.2, 0.2), hecaton.Pose.xyz(1.5, 1.5, 0.1)).edition)
+    print(world.replace("crate", hecaton.Sphere(0.1), hecaton.Pose(), timeout=None).edition)
     world.add("part", hecaton.ConvexHull(np.zeros((8, 3))), hecaton.Pose(), hecaton.Circle([0, 0, 0], 1))
     print([(state.name, state.pose.position[0], state.attached_to) for state in world.obstacles()])
     cell.hold(["north"])
@@ -57,6 +58,7 @@ def plan(path: str) -> None:
     report = file.simulate(20)
     print(times[-1], positions["north"][0], file.nearest({"north": q}).distance, arm.limits.lower.max())
     print(report.reached, report.smallest.distance if report.smallest else None, report.missed[0].reason)
+    print(hecaton.__version__, hecaton.Pose() == arm.forward("ready"), {hecaton.Box(1, 1, 1): "crate"})
     print([finding.text for finding in file.check()], arm.links(q)["tool"].matrix, arm.jacobian(q).T)
 
 

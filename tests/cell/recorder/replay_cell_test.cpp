@@ -320,6 +320,13 @@ TEST_F(ReplayedCell, IsDrawnAsPicturesAndAsAFilm) {
   EXPECT_NE(early, late) << "the arms have moved";
   EXPECT_EQ(render("again.png", {"--at", std::to_string(0.3 * length)}), early)
       << "the same time gives the same picture";
+  // Of some times, time + (length - time) is rounded up to more than the length.
+  double rounded = 0.0;
+  for (double at = 0.001; at < length && rounded == 0.0; at += 0.001) {
+    const double parsed = std::stod(std::to_string(at));
+    if (parsed + (length - parsed) > length) rounded = parsed;
+  }
+  render("rounded.png", {"--at", std::to_string(rounded)});
   const std::string film = render("film.webm", {"--at", "1", "--duration", "1", "--fps", "5"});
   EXPECT_EQ(film.substr(0, 4), "\x1a\x45\xdf\xa3") << "the begin of a Matroska file";
   EXPECT_NE(film.find("webm"), std::string::npos);

@@ -202,6 +202,8 @@ TEST_P(Ros2ControlDevice, HoldsTheArmWhenTwoNodesPublishItsJoints) {
   begin();
   move();
   velocity_ = 0.1;  // the other node may need seconds until it is found
+  // It may also be found at once: not while the arm still follows faster set-points.
+  ASSERT_TRUE(until([this] { return robot_qd()[0] < 1.1 * velocity_; }));
   begin_other();
   ASSERT_TRUE(until([this] { return session_->failed(); }));
   const double failed_at = robot_q()[0];

@@ -20,8 +20,8 @@ const msg::Fault* find_fault(const msg::CellStatus& status, const std::string& i
 }
 
 TEST(AdoptedFaults, SurviveTheSupervisorThatAdoptedThem) {
-  HealthCell cell;
-  const auto before = cell.await_healthy();
+  HealthCell cell({"--host", "alpha"}, "standby_cell.yaml");
+  const auto before = cell.await_left_running();
   msg::Fault published;
   published.id("f1-7");
   published.term(1);
@@ -30,14 +30,18 @@ TEST(AdoptedFaults, SurviveTheSupervisorThatAdoptedThem) {
   published.cause(
       make_cause(msg::CauseKind::CAUSE_NODE_SILENT, "planner/left", "planner/left: no heartbeat on the other side"));
   published.since_unix_ms(read_clocks().now_unix_ms - 5000);
-  bus::Writer<msg::Fault> another(cell.participant());
+  bus::ParticipantOptions options;
+  options.interfaces = {"127.0.0.1"};
+  options.partition = cell.file().cell.name;
+  bus::Participant other_leader(cell.domain(), "supervisor@beta", options);
+  bus::Writer<msg::Fault> another(other_leader);
   ASSERT_TRUE(another.write(published));
   const auto is_over = [&](const msg::CellStatus& status) {
     const msg::Fault* kept = find_fault(status, published.id());
     return kept && kept->cleared() && kept->cause() == published.cause();
   };
   cell.await("the other leader's fault, cleared because its cause has ended", is_over);
-  cell.await_healthy();
+  cell.await_left_running();
 
   ASSERT_TRUE(test::signal_process(pid_of_node(before, "supervisor"), SIGKILL));
   cell.await("the same fault from the next supervisor", [&](const msg::CellStatus& status) {

@@ -140,6 +140,23 @@ TEST_F(ChildProcessTest, LogsToItsFile) {
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
+// tail keeps all that it reads of a pipe without lines.
+TEST_F(ChildProcessTest, EndsWhenItAllocatesMoreThanItMay) {
+  ChildCommand command{"/bin/tail", {"/dev/zero"}, folder_.path("log")};
+  command.most_data = 50'000'000;
+  ChildProcess bounded(command);
+  const auto end = await_end(bounded);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->exit_code, 1) << log();
+  EXPECT_EQ(end->signal_number, 0) << "the kernel refuses memory and kills nothing";
+
+  auto unbounded = shell("head -c 100000000 /dev/zero | tail -n 1 | wc -c");
+  const auto ended = await_end(unbounded);
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->exit_code, 0);
+  EXPECT_NE(log().find("100000000"), std::string::npos) << log();
+}
+
 TEST_F(ChildProcessTest, ReportsAMissingProgramAsASentence) {
   ChildProcess child({"/no/such/program", {}, {}});
   const auto error = await_start(child);

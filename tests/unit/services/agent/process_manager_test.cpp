@@ -118,11 +118,16 @@ TEST_F(ProcessManagerTest, KillsAndRestartsAHangingProcess) {
   EXPECT_EQ(events_[2].reason, events_[1].reason) << "the exit has the same reason";
 }
 
-// tail keeps all that it reads of a file without lines.
+// tail keeps all that it reads of a pipe without lines, and waits for its end.
 TEST_F(ProcessManagerTest, KillsAndRestartsAProcessThatUsesTooMuchMemory) {
+  const test::TemporaryFolder folder;
+  const std::string pipe = folder.path("pipe");
+  const std::string keep = "mkfifo " + pipe +
+                           " 2>/dev/null; (head -c 100000000 /dev/zero; exec tail -f /dev/null --pid=$$) > " + pipe +
+                           " & exec tail -n 1 " + pipe;
   ProcessManagerOptions weighing = options(3);
   weighing.memory_limit = 50'000'000;
-  ProcessManager manager({service("a", "tail", {"/dev/zero"}), service("b", "sleep", {"600"})}, weighing);
+  ProcessManager manager({service("a", "sh", {"-c", keep}), service("b", "sleep", {"600"})}, weighing);
   const auto of_a = [&](Kind kind) {
     return std::find_if(events_.begin(), events_.end(),
                         [&](const auto& one) { return one.service->name == "a" && one.kind == kind; });
@@ -140,6 +145,21 @@ TEST_F(ProcessManagerTest, KillsAndRestartsAProcessThatUsesTooMuchMemory) {
     return one.service->name == "b" && one.kind != Kind::kStarted;
   })) << "it dies alone";
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(ProcessManagerTest, BoundsWhatAProcessAllocatesBetweenTwoLooks) {
+  const test::TemporaryFolder folder;
+  ProcessManagerOptions weighing = options(1);
+  weighing.logs = folder.path();
+  weighing.memory_limit = 300'000'000;
+  ProcessManager manager({service("a", "sh", {"-c", "ulimit -d"})}, weighing);
+  turn_until(manager, Kind::kExited, 1);
+  std::ifstream log(folder.path() / "a.log");
+  std::uint64_t kilobytes = 0;
+  log >> kilobytes;
+  EXPECT_EQ(kilobytes, 1'300'000'000U / 1024);
+}
+#endif
 
 // A start may take longer than the watchdog, for example because of large meshes.
 TEST_F(ProcessManagerTest, AppliesTheStartLimitBeforeTheFirstHeartbeat) {

@@ -14,6 +14,8 @@
 #include <unistd.h>
 
 #include "services/command_line/program.hpp"
+#include "tests/support/sros2_keystore.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
 
 namespace hecaton::services::cli {
@@ -174,6 +176,53 @@ TEST(CommandLine, RejectsAnUnknownNetworkInterface) {
   expect_refusals({{{"check", cell.path()}, piece}, {{"up", cell.path(), "--headless"}, piece}}, ExitCode::kBadInput);
   EXPECT_NE(run_line({"check", cell.path()}).err.find("lo (127.0.0.1)"), std::string::npos);
   EXPECT_EQ(run_line({"check", CellBeside("network: {interface: lo}\n").path()}).code, ExitCode::kDone);
+}
+
+TEST(CommandLine, RejectsAnUnknownInterfaceOfRos2) {
+  const CellBeside cell("ros2: {interface: nosuch0}\n");
+  expect_refusals(
+      {{{"check", cell.path()},
+        cell.path() + ": ros2.interface = nosuch0 must be the name or the address of a network interface of "
+                      "this machine: "}},
+      ExitCode::kBadInput);
+  EXPECT_EQ(run_line({"check", CellBeside("ros2: {interface: lo}\n").path()}).code, ExitCode::kDone);
+}
+
+TEST(CommandLine, RejectsAnEnclaveOfRos2WithoutItsKeys) {
+  const test::TemporaryFolder folder;
+  const auto refusal = [&](const std::filesystem::path& enclave, const std::string& what) {
+    const CellBeside cell("ros2: {enclave: " + enclave.string() + "}\n");
+    expect_refusals({{{"check", cell.path()},
+                      cell.path() + ": ros2.enclave = " + enclave.string() +
+                          " must be a folder with valid keys of ROS 2, but " + what}},
+                    ExitCode::kBadInput);
+  };
+  const std::filesystem::path nowhere = folder.path() / "nowhere";
+  refusal(nowhere, nowhere.string() + " is no folder; `ros2 security create_enclave` makes an enclave\n");
+  test::Sros2Keystore keystore(folder.path() / "keystore");
+  const std::filesystem::path enclave = keystore.add("hecaton");
+  EXPECT_EQ(run_line({"check", CellBeside("ros2: {enclave: " + enclave.string() + "}\n").path()}).code,
+            ExitCode::kDone);
+  for (const char* file : {"cert.pem", "key.pem", "permissions.p7s"}) {
+    std::filesystem::rename(enclave / file, folder.path() / "aside");
+    refusal(enclave, (enclave / file).string() + " is missing, ");
+    std::filesystem::rename(folder.path() / "aside", enclave / file);
+  }
+}
+
+// 192.0.2.0/24 is kept for documentation: no machine has it.
+TEST(CommandLine, NotesKeysThatOnlyTheHostOfRos2MayHave) {
+  const std::string path = testing::TempDir() + "hecaton_two_hosts_" + std::to_string(getpid()) + ".yaml";
+  std::ofstream(path) << "name: x\nhosts: {alpha: 127.0.0.1, beta: 192.0.2.1}\nworld: {host: alpha}\n"
+                      << "supervision: {host: alpha}\nros2: {host: beta, enclave: /nonexistent/hecaton}\n"
+                      << "arms:\n  - name: a\n    host: alpha\n    urdf: " << kUrdf
+                      << "\n    poses: {home: [0, -1.9, 2.6, 0, 0.6, 0]}\n";
+  const Ran checked = run_line({"check", path});
+  EXPECT_EQ(checked.code, ExitCode::kDone) << checked.err;
+  EXPECT_NE(checked.out.find("note: ros2.host = beta is another machine; check the cell there"), std::string::npos)
+      << checked.out;
+  EXPECT_NE(checked.out.find("/nonexistent/hecaton is no folder"), std::string::npos) << checked.out;
+  std::remove(path.c_str());
 }
 
 TEST(Check, TellsAUrdfByItsExtension) {

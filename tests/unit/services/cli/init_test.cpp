@@ -99,6 +99,21 @@ TEST_F(InitTest, HoldsJointsThatMoveBothArmsOfAUrdf) {
   EXPECT_EQ(Json::parse(simulate.out)["contacts"], 0);
 }
 
+TEST_F(InitTest, PutsTheFloorBelowTheLegsOfARobot) {
+  std::ofstream(path("legs.urdf")) << two_arms_on(
+      "<joint name=\"hips\" type=\"fixed\"><parent link=\"foot\"/><child link=\"body\"/></joint><link name=\"leg\">"
+      "<collision><origin xyz=\"0 0 -0.4\"/><geometry><box size=\"0.1 0.1 0.8\"/></geometry></collision></link>"
+      "<joint name=\"hip\" type=\"fixed\"><parent link=\"foot\"/><child link=\"leg\"/></joint>");
+  const Ran init = run_line({"init", "-o", path("legs.yaml"), "left=" + path("legs.urdf") + ":lt@0 0 0.8",
+                             "right=" + path("legs.urdf") + ":rt@0 0 0.8"});
+  ASSERT_EQ(init.code, ExitCode::kDone) << init.err;
+  const std::string text = content("legs.yaml");
+  EXPECT_NE(text.find("- name: floor   # its top is "), std::string::npos) << "no table under bases at 0.8 m\n" << text;
+  const auto file = config::load_cell_file(path("legs.yaml"));
+  ASSERT_EQ(file.cell.scene.obstacles.size(), 1U);
+  EXPECT_NEAR(file.cell.scene.obstacles[0].X_WO.translation().z(), -0.03, 0.05);
+}
+
 TEST_F(InitTest, NamesTheToolLinkOfTwoArmsAtOneBase) {
   const Ran same = run_line({"init", "-o", path("cell.yaml"), "a=ur5e", "b=ur5e"});
   EXPECT_EQ(same.code, ExitCode::kBadInput);
@@ -121,10 +136,13 @@ TEST_F(InitTest, IsProposedByCheckForBothArmsOfOneRobot) {
       "<joint name=\"stand\" type=\"fixed\"><parent link=\"foot\"/><child link=\"body\"/></joint>");
   const Ran twin = run_line({"check", path("twin.urdf")});
   EXPECT_EQ(twin.code, ExitCode::kBadInput);
-  EXPECT_NE(twin.err.find("for both arms: hecaton init left=" + path("twin.urdf") + ":LINK right=" + path("twin.urdf") +
-                          ":LINK"),
+  EXPECT_NE(twin.err.find("for both arms: hecaton init left=" + path("twin.urdf") + ":lt right=" + path("twin.urdf") +
+                          ":rt)"),
             std::string::npos)
       << twin.err;
+  const Ran one = run_line({"check", path("twin.urdf"), "--tool", "lt"});
+  EXPECT_TRUE(one.out.ends_with("next: hecaton init -o cell.yaml left=" + path("twin.urdf") + ":lt@\"0 0 0\"\n"))
+      << one.out;
 }
 
 /// A robot of two joints whose xacro file has the argument `reach`, and whose meshes are in the package `parts`.

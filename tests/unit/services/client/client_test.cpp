@@ -119,6 +119,20 @@ TEST(Outcome, HasStateCauseAndBindingPair) {
   EXPECT_EQ((Outcome{OutcomeKind::kInterrupted, std::nullopt}.text()), "interrupted");
 }
 
+TEST(Outcome, SaysForHowLongNoPlannerHasAnswered) {
+  msg::GoalStatus status;
+  status.state(msg::GoalState::GOAL_ACTIVE);
+  status.cause().kind(msg::CauseKind::CAUSE_PATH_BLOCKED);
+  status.cause().text("the arm is stopped");
+  EXPECT_EQ(to_public(status).age, Seconds::zero());
+  EXPECT_EQ((Outcome{OutcomeKind::kActive, to_public(status, Seconds(0.4))}.text()), "active: the arm is stopped");
+  EXPECT_EQ((Outcome{OutcomeKind::kActive, to_public(status, Seconds(12.2))}.text()),
+            "no planner of the arm has answered for 12 s; the goal was active: the arm is stopped");
+  status.state(msg::GoalState::GOAL_CANCELLED);
+  EXPECT_EQ((Outcome{OutcomeKind::kCancelled, to_public(status, Seconds(12.2))}.text()),
+            "cancelled: the arm is stopped");
+}
+
 TEST(Deadline, IsFiniteForEveryLimit) {
   const auto now = Clock::now();
   EXPECT_GT(deadline_of(kForever), now + std::chrono::hours(24));

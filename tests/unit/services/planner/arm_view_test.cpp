@@ -92,6 +92,21 @@ TEST_F(ArmViewTest, AddsTheDelayOfAState) {
   EXPECT_DOUBLE_EQ(view_.age(1, now_ + 50ms), 0.04);
 }
 
+TEST_F(ArmViewTest, CountsTheCommandsSinceTheMeasurementOfAFailedDeviceAsItsAge) {
+  msg::ArmState message = state("arm2", 1);
+  message.command_age(-60.0);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_EQ(view_.age(1, now_), 0.0) << "a device that works";
+  message.sequence_number(2);
+  message.mode(msg::ArmMode::ARM_FAILED);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_DOUBLE_EQ(view_.age(1, now_), 60.0);
+  message.sequence_number(3);
+  message.command_age(-1e300);
+  EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+  EXPECT_DOUBLE_EQ(view_.age(1, now_), 1e6);
+}
+
 TEST_F(ArmViewTest, CountsOnlyRunningArmsAsAvoiding) {
   EXPECT_EQ(view_.apply(state("arm2", 1), {}, now_), std::nullopt);
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);
@@ -127,7 +142,13 @@ TEST_F(ArmViewTest, KnowsAnArmThatOthersMove) {
   EXPECT_TRUE(view_.observe(now_, mode())[1].foreign);
   EXPECT_FALSE(view_.observe(now_, mode())[1].plans);
   EXPECT_TRUE(view_.observe(now_, mode({"arm2"}))[1].foreign) << "no hold of the cell stops it";
-  message = state("arm2", 2);
+  for (const std::uint64_t sequence : {2, 3}) {
+    message.sequence_number(sequence);
+    message.mode(msg::ArmMode::ARM_FAILED);
+    EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
+    EXPECT_TRUE(view_.observe(now_, mode())[1].foreign) << "its device fails, and others move it on";
+  }
+  message = state("arm2", 4);
   EXPECT_EQ(view_.apply(message, {}, now_), std::nullopt);
   EXPECT_FALSE(view_.observe(now_, mode())[1].foreign);
   EXPECT_TRUE(view_.observe(now_, mode())[1].plans);

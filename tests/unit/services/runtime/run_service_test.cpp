@@ -1,11 +1,13 @@
 // Steps of a service's main(). They act on the whole process, so each test runs in a process of its own.
 #include "services/runtime/run_service.hpp"
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <string>
 #include <thread>
 
@@ -125,6 +127,16 @@ TEST(MemoryLockDeathTest, LocksPresentAndLaterMemoryWhereAllowed) {
         std::exit(!read ? 1 : may_lock() && !(locked > 0 && follows) ? 2 : 0);
       },
       ::testing::ExitedWithCode(0), "");
+}
+
+TEST(RunServiceTest, SaysThatAServiceGetsNoMoreMemory) {
+  const std::array<const char*, 2> words{"service", "cell.yaml"};
+  testing::internal::CaptureStderr();
+  const int code = run_service(2, words.data(), "a service", Subject::kCell,
+                               [](const ServiceOptions&, ShutdownSignal&) { throw std::bad_alloc(); });
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(code, static_cast<int>(ExitCode::kNoMemory));
+  EXPECT_NE(text.find("no more memory: supervision.memory_limit"), std::string::npos) << text;
 }
 
 TEST(PrivateFilesDeathTest, AreOnlyForTheUserOfTheService) {

@@ -45,6 +45,36 @@ TEST_F(Edit, AddsMovesAndRemoves) {
   EXPECT_EQ(world_.obstacles()[0].name, "b");
 }
 
+TEST_F(Edit, ReplacesAtOnceOrNotAtAll) {
+  const auto replace = [&](const world::Obstacle& obstacle) {
+    msg::WorldEditRequest edit = request(msg::EditKind::EDIT_REPLACE, "ignored");
+    edit.obstacle(messages::to_message(obstacle));
+    EXPECT_EQ(edited_name(edit), obstacle.name);
+    return apply_edit(world_, cell_, edit);
+  };
+  world::Obstacle box = ball("a");
+  box.shapes = {{world::Box{{0.1, 0.2, 0.3}}, world::Pose::Identity()}};
+  box.X_WO.translation().y() = 0.25;
+  const std::uint64_t before = world_.edition();
+  ASSERT_TRUE(replace(box).done());
+  EXPECT_EQ(world_.edition(), before + 1) << "no edition without the obstacle";
+  ASSERT_EQ(world_.obstacles().size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<world::Box>(world_.obstacles()[0].shapes.at(0).shape));
+  EXPECT_EQ(world_.snapshot().states[0].X_WO.translation().y(), 0.25);
+
+  world::Obstacle far = ball("a");
+  far.X_WO.translation().x() = 101.0;
+  EXPECT_EQ(replace(far).reason, "obstacle 'a': pose.xyz[0] = 101 m must be between -100 and 100 m");
+  world::Obstacle carried = ball("a");
+  carried.attachment = {"unknown", world::Pose::Identity()};
+  EXPECT_FALSE(replace(carried).done());
+  EXPECT_TRUE(std::holds_alternative<world::Box>(world_.obstacles()[0].shapes.at(0).shape));
+  EXPECT_EQ(world_.edition(), before + 1);
+
+  ASSERT_TRUE(replace(ball("b")).done()) << "there is none yet";
+  EXPECT_EQ(world_.obstacles().size(), 2U);
+}
+
 TEST_F(Edit, FollowsWhatAGripperGraspsAndReleases) {
   world::ArmBodies north;
   north.name = "north";
