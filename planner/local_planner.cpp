@@ -199,6 +199,13 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.detour.active = false;
   memory.right_of_way.under_way = input.has_goal;
   memory.right_of_way.growth = 1.0;
+  memory.right_of_way.nearest = std::numeric_limits<double>::infinity();
+}
+
+/// See RightOfWayInput::distance.
+double distance_to_goal(const LocalInput& input, bool tracks, const TrajectoryTracking& tracking) {
+  if (tracks) return tracking.trajectory->duration() - tracking.time;
+  return joint_difference(input.limits, input.q, input.q_goal).norm();
 }
 
 /// What the arm does in a tick.
@@ -268,8 +275,14 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const bool at_goal = !tracks && farthest_joint(input.limits, input.q, input.q_goal) < input.parameters.goal_tolerance;
   const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
   memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
-  const RightOfWayInput others{input.parameters, input.arms, input.self,
-                               input.rows,       input.dt,   memory.deviation.active || memory.without_progress > 0.0};
+  const bool blocked = memory.deviation.active || memory.without_progress > 0.0;
+  const RightOfWayInput others{input.parameters,
+                               input.arms,
+                               input.self,
+                               input.rows,
+                               input.dt,
+                               blocked,
+                               distance_to_goal(input, tracks, tracking)};
   update_right_of_way(others, memory);
   result.yields_to = memory.right_of_way.yields_to;
   const bool returns = input.has_goal && !tracks && !at_goal && !memory.right_of_way.under_way;

@@ -1,11 +1,12 @@
 #include "planner/local/right_of_way.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace hecaton::planner {
 namespace {
 
-/// After moving freely for this long the arm is not blocked any more [s].
+/// After moving freely for this long, nearer to its goal, the arm is not blocked any more [s].
 constexpr double kFree = 0.5;
 /// A yielding arm continues when the other arm has been away for this long [s].
 constexpr double kApart = 0.3;
@@ -61,14 +62,17 @@ void ask(const RightOfWayInput& input, RightOfWay& right) {
   right.yields_to = -1;
 }
 
-/// Measures for how long the arm is blocked, and requests after the delay.
+/// Measures for how long the arm is blocked, and requests after the delay. Free motion alone does not end that time: an
+/// arm that circles another one at rest is free on the far side of each turn.
 void wait(const RightOfWayInput& input, Random& random, RightOfWay& right) {
   if (right.request_delay <= 0.0) begin_to_wait(input, random, right);
   if (input.blocked || right.yields_to >= 0) {
     right.waited += input.dt;
     right.free = 0.0;
-  } else if ((right.free += input.dt) > kFree) {
+    right.nearest = std::min(right.nearest, input.distance);
+  } else if (input.distance < right.nearest && (right.free += input.dt) > kFree) {
     right.waited = 0.0;
+    right.nearest = std::numeric_limits<double>::infinity();
   }
   if (right.waited < right.request_delay) return;
   ask(input, right);

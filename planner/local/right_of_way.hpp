@@ -3,6 +3,7 @@
 /// wait for each other (docs/explanation/0007-right-of-way.md).
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "planner/local/observation.hpp"
@@ -33,13 +34,15 @@ struct RightOfWay {
   double waited = 0.0;         ///< time since it was first blocked, or since it yields to a new request [s]
   double request_delay = 0.0;  ///< it requests after waiting for this long [s]; 0: not drawn yet
   double growth = 1.0;         ///< factor of request_delay; grows with every request on the way to one goal
-  double free = 0.0;           ///< time since it was last blocked [s]
-  double apart = 0.0;          ///< time since it was last near the arm that it makes room for [s]
+  double free = 0.0;           ///< time for which it has moved freely, nearer to its goal than while it was blocked [s]
+  /// The least distance from its goal at which it was blocked, see RightOfWayInput::distance; infinite: it was not.
+  double nearest = std::numeric_limits<double>::infinity();
+  double apart = 0.0;  ///< time since it was last near the arm that it makes room for [s]
 
   void describe(MemoryArchive& archive) {
     archive(priority, under_way, leads);
     archive.arm(yields_to);
-    archive(answers, waited, request_delay, growth, free, apart);
+    archive(answers, waited, request_delay, growth, free, nearest, apart);
   }
 };
 
@@ -48,8 +51,9 @@ struct RightOfWayInput {
   std::span<const ArmObservation> arms;  ///< one per arm of the cell
   int self;                              ///< index of the own arm
   std::span<const Row> rows;
-  double dt;     ///< control period [s]
-  bool blocked;  ///< the own arm follows a boundary or stands
+  double dt;        ///< control period [s]
+  bool blocked;     ///< the own arm follows a boundary or stands
+  double distance;  ///< of the own arm from its goal [rad | m]; on a trajectory the time to its end [s]
 };
 
 /// True if arm i precedes the own arm by its published state, at any distance.

@@ -51,7 +51,8 @@ class Crowd {
         channels_[i][from].receive(now_);
         seen[from] = channels_[i][from].newest();
       }
-      update({parameters_, seen, i, rows_, kPeriod, random_.uniform() < 0.5}, random_, rights_[i]);
+      const bool blocked = random_.uniform() < 0.5;
+      update({parameters_, seen, i, rows_, kPeriod, blocked, random_.uniform()}, random_, rights_[i]);
     }
     now_ += kPeriod;
   }

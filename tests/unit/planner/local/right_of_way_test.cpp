@@ -27,11 +27,11 @@ class RightOfWayTest : public testing::Test {
     right_.under_way = true;
   }
 
-  [[nodiscard]] RightOfWayInput input(bool blocked = false) const {
-    return {parameters_, arms_, 1, rows_, kPeriod, blocked};
+  [[nodiscard]] RightOfWayInput input(bool blocked = false, double distance = 1.0) const {
+    return {parameters_, arms_, 1, rows_, kPeriod, blocked, distance};
   }
-  void pass(double seconds, bool blocked) {
-    for (double t = 0.0; t < seconds; t += kPeriod) update(input(blocked), random_, right_);
+  void pass(double seconds, bool blocked, double distance = 1.0) {
+    for (double t = 0.0; t < seconds; t += kPeriod) update(input(blocked, distance), random_, right_);
   }
 
   LocalParameters parameters_;
@@ -80,12 +80,21 @@ TEST_F(RightOfWayTest, DelayGrowsWithEachRequest) {
   EXPECT_EQ(right_.priority, 3U);
 }
 
-TEST_F(RightOfWayTest, FreeMotionResetsTheDelay) {
-  for (int k = 0; k < 5; ++k) {
-    pass(0.7 * parameters_.yielding.yield_request_delay, true);
-    pass(1.0, false);
+TEST_F(RightOfWayTest, FreeMotionNearerToTheGoalResetsTheDelay) {
+  for (double distance = 1.0; distance > 0.5; distance -= 0.1) {
+    pass(0.7 * parameters_.yielding.yield_request_delay, true, distance);
+    pass(1.0, false, distance - 0.05);
   }
   EXPECT_EQ(right_.priority, 0U);
+}
+
+// An arm that circles one at rest comes no nearer to its goal, however free its way is on the far side.
+TEST_F(RightOfWayTest, FreeMotionFartherFromTheGoalDoesNot) {
+  pass(0.7 * parameters_.yielding.yield_request_delay, true, 1.0);
+  pass(1.0, false, 1.2);
+  EXPECT_EQ(right_.priority, 0U);
+  pass(0.6 * parameters_.yielding.yield_request_delay, true, 1.0);
+  EXPECT_EQ(right_.priority, 1U);
 }
 
 TEST_F(RightOfWayTest, YieldsToANearArmAndThenRequestsItself) {
