@@ -1,10 +1,12 @@
 /// hecaton keystore create|add|renew|revoke|check: the keys of a secured cell.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -14,7 +16,9 @@
 #include "services/command_line/options.hpp"
 #include "services/command_line/program.hpp"
 #include "services/command_line/terminal.hpp"
+#include "services/config/cell_file.hpp"
 #include "services/config/text.hpp"
+#include "services/runtime/cell_duties.hpp"
 #include "services/security/expiry.hpp"
 #include "services/security/keystore.hpp"
 
@@ -28,6 +32,7 @@ struct KeystoreOptions {
   std::string host;
   std::vector<std::string> hosts;
   std::vector<std::string> arms;
+  std::string cell;
   std::uint64_t days = 0;
 };
 
@@ -51,12 +56,62 @@ std::string enclave(const KeystoreOptions& options, const std::string& host) {
 ExitCode create(const Settings& settings, const KeystoreOptions& options) {
   create_keystore(options.folder, days(options));
   print(settings, {{"keystore", options.folder}},
-        "created " + options.folder + "\nnext: hecaton keystore add " + options.folder +
-            " HOST, once for each host of the cell file\n");
+        "created " + options.folder + "\nnext: hecaton keystore add " + options.folder + " --for CELL\n");
+  return ExitCode::kDone;
+}
+
+/// "driver (north), planner (north, west)"
+std::string duties_text(const std::vector<Duty>& duties) {
+  std::string text;
+  for (const Duty& duty : duties) {
+    text += (text.empty() ? "" : ", ") + std::string(role_name(duty.role));
+    if (duty.arms.empty()) continue;
+    text += " (" + config::listed(std::vector<std::string_view>(duty.arms.begin(), duty.arms.end())) + ")";
+  }
+  return text;
+}
+
+/// What the cell file places on the host that the options name, or on each. Throws Failure (bad input) for another
+/// host.
+std::vector<HostDuties> wanted_duties(const KeystoreOptions& options) {
+  std::vector<HostDuties> all = duties_of(config::load_cell_file(options.cell));
+  if (options.host.empty()) return all;
+  std::vector<std::string_view> hosts;
+  for (const HostDuties& one : all) hosts.emplace_back(one.host);
+  if (std::find(hosts.begin(), hosts.end(), options.host) == hosts.end()) {
+    throw Failure(ExitCode::kBadInput, options.cell + ": HOST '" + config::printable(options.host) +
+                                           "' must be one of " + config::listed(hosts));
+  }
+  std::erase_if(all, [&](const HostDuties& one) { return one.host != options.host; });
+  return all;
+}
+
+ExitCode add_for_cell(const Settings& settings, const KeystoreOptions& options) {
+  const std::vector<HostDuties> wanted = wanted_duties(options);
+  for (const HostDuties& one : wanted) require_names(options.folder, one.host, one.duties);
+  Json added = Json::array();
+  Table table({{"host"}, {"roles (arms)"}});
+  for (const HostDuties& one : wanted) {
+    add_identities(options.folder, one.host, days(options), one.duties);
+    Json roles = Json::array();
+    for (const Duty& duty : one.duties) roles.push_back({{"role", role_name(duty.role)}, {"arms", duty.arms}});
+    added.push_back({{"host", one.host}, {"folder", enclave(options, one.host)}, {"roles", roles}});
+    table.add({one.host, duties_text(one.duties)});
+  }
+  const std::string revoked = revocations_file(options.folder).string();
+  const std::string too = std::filesystem::exists(revoked) ? ", and " + revoked + " to each" : "";
+  print(settings, {{"added", added}},
+        table.text(Palette::for_stream(stdout)) + "copy " + enclave(options, "HOST") + " to each host" + too +
+            ", into the folder enclaves of its keystore; " + enclave(options, kPeople) +
+            " is for those who use hecaton; " + options.folder + "/private stays where it is\n");
   return ExitCode::kDone;
 }
 
 ExitCode add(const Settings& settings, const KeystoreOptions& options) {
+  if (!options.cell.empty()) return add_for_cell(settings, options);
+  if (options.host.empty()) {
+    throw Failure(ExitCode::kUsage, "name a HOST, or with --for the cell file whose hosts get identities");
+  }
   add_host(options.folder, options.host, days(options), options.arms);
   const std::string folder = enclave(options, options.host);
   const std::string revoked = revocations_file(options.folder).string();
@@ -157,11 +212,16 @@ void add_keystore(CLI::App& app, Session& session) {
   does(creation, created, create);
   const auto added = std::make_shared<KeystoreOptions>();
   CLI::App* addition = add_folder_command(*keystore, "add", "Makes the identities of a host, or new ones", *added);
-  addition->add_option("HOST", added->host, "a host of the cell file")->required();
+  addition->add_option("HOST", added->host, "a host of the cell file; with --for: only this one");
+  CLI::Option* arms =
+      addition
+          ->add_option("--arms", added->arms,
+                       "the only arms that planners of this host may command, such as north,west (all arms)")
+          ->delimiter(',');
   addition
-      ->add_option("--arms", added->arms,
-                   "the only arms that planners of this host may command, such as north,west (all arms)")
-      ->delimiter(',');
+      ->add_option("--for", added->cell,
+                   "cell file: each host gets the roles and arms that it places there, persons get `people`")
+      ->excludes(arms);
   add_validity(*addition, *added, 365);
   does(addition, added, add);
   const auto renewed = std::make_shared<KeystoreOptions>();

@@ -122,6 +122,11 @@ std::filesystem::path identity_of(const config::CellFile& file, const std::strin
                                std::string(role_name(role)) + "; `hecaton keystore add` makes it");
     }
     enclave = enclave_folder(file.keystore, first->host, role);
+  } else if (!std::filesystem::exists(enclave)) {
+    throw std::runtime_error(file.path + ": security.keystore = " + file.keystore + " has no identity of a role " +
+                             std::string(role_name(role)) + " for host " + host + "; `hecaton keystore add DIR " +
+                             host + " --for " + file.path + "` makes it where the private key of the authority is: " +
+                             "then copy DIR/enclaves/" + host + " to this machine");
   }
   require_identity(enclave);
   return std::filesystem::absolute(enclave);

@@ -68,18 +68,16 @@ void replicate(const fs::path& from, const fs::path& to) {
   write_file(to, read_file(from));
 }
 
-std::vector<Role> roles_of(const fs::path& keystore, const std::string& host) {
-  std::vector<Role> roles;
+/// What the identities of a host are for.
+std::vector<Duty> duties_of(const fs::path& keystore, const std::string& host) {
+  std::vector<Duty> duties;
   for (const Role role : kRoles) {
-    if (fs::exists(enclave_folder(keystore, host, role))) roles.push_back(role);
+    const fs::path enclave = enclave_folder(keystore, host, role);
+    if (!fs::exists(enclave)) continue;
+    const fs::path permissions = enclave / "permissions.xml";
+    duties.push_back({role, fs::exists(permissions) ? arms_in(read_file(permissions)) : std::vector<std::string>()});
   }
-  return roles;
-}
-
-/// The arms of the planners of a host; empty: all.
-std::vector<std::string> arms_of(const fs::path& keystore, const std::string& host) {
-  const fs::path file = enclave_folder(keystore, host, Role::kPlanner) / "permissions.xml";
-  return fs::exists(file) ? arms_in(read_file(file)) : std::vector<std::string>();
+  return duties;
 }
 
 [[noreturn]] void fail_without_host(const fs::path& keystore, const std::string& host) {
@@ -106,8 +104,8 @@ std::set<std::string> issued_for(const fs::path& keystore, const std::string& ho
       if (identity.substr(0, identity.find('/')) == host) serials.insert(serial);
     }
   }
-  for (const Role role : roles_of(keystore, host)) {
-    const Certificate certificate = read_certificate(enclave_folder(keystore, host, role) / "cert.pem");
+  for (const Duty& duty : duties_of(keystore, host)) {
+    const Certificate certificate = read_certificate(enclave_folder(keystore, host, duty.role) / "cert.pem");
     serials.insert(serial_of(certificate.get()));
   }
   return serials;
@@ -146,35 +144,29 @@ std::string unrevoked_name(const fs::path& keystore, const std::string& host, Ro
   }
 }
 
-/// For how long and for which arms an identity is made; no arms: all.
-struct Terms {
-  std::chrono::days validity;
-  std::vector<std::string> arms;
-};
-
 /// Makes an identity in `folder`. Returns its line for note_issued().
 std::string make_identity(const fs::path& folder, const fs::path& keystore, const Authority& authority,
-                          const std::string& host, Role role, const Terms& terms, X509_CRL* revoked) {
+                          const std::string& host, const Duty& duty, std::chrono::days validity, X509_CRL* revoked) {
   make_folder(folder);
   const Key key = new_key(folder / "key.pem");
   const Certificate certificate =
-      new_certificate(folder / "cert.pem", key.get(), unrevoked_name(keystore, host, role, revoked),
-                      authority.certificate.get(), authority.key.get(), terms.validity);
-  const std::string permissions = permissions_xml(role, subject_of(certificate.get()), begin_of(certificate.get()),
-                                                  end_of(certificate.get()), terms.arms);
+      new_certificate(folder / "cert.pem", key.get(), unrevoked_name(keystore, host, duty.role, revoked),
+                      authority.certificate.get(), authority.key.get(), validity);
+  const std::string permissions = permissions_xml(duty.role, subject_of(certificate.get()), begin_of(certificate.get()),
+                                                  end_of(certificate.get()), duty.arms);
   write_file(folder / "permissions.xml", permissions);
   write_signed(folder / "permissions.p7s", permissions, authority.certificate.get(), authority.key.get());
   replicate(authority_file(keystore), folder / "identity_ca.cert.pem");
   replicate(authority_file(keystore), folder / "permissions_ca.cert.pem");
   replicate(governance_file(keystore), folder / "governance.p7s");
-  return serial_of(certificate.get()) + " " + host + "/" + std::string(role_name(role));
+  return serial_of(certificate.get()) + " " + host + "/" + std::string(role_name(duty.role));
 }
 
-/// New identities of these roles in place of the present ones.
-void make_identities(const fs::path& keystore, const std::string& host, const std::vector<Role>& roles,
-                     const Terms& terms) {
+/// New identities in place of the present ones of the same roles.
+void make_identities(const fs::path& keystore, const std::string& host, std::chrono::days validity,
+                     const std::vector<Duty>& duties) {
   const Authority authority = read_authority(keystore);
-  if (end_of(authority.certificate.get()) < std::chrono::system_clock::now() + terms.validity) {
+  if (end_of(authority.certificate.get()) < std::chrono::system_clock::now() + validity) {
     throw KeystoreError(authority_file(keystore).string() +
                         ": expires before the new identities would; give fewer --days");
   }
@@ -184,13 +176,13 @@ void make_identities(const fs::path& keystore, const std::string& host, const st
   };
   make_folder(keystore / "enclaves" / host);
   std::vector<std::string> issued;
-  for (const Role role : roles) {
+  for (const Duty& duty : duties) {
     std::error_code error;
-    fs::remove_all(next(role), error);  // of a run that was interrupted
-    issued.push_back(make_identity(next(role), keystore, authority, host, role, terms, revoked.get()));
+    fs::remove_all(next(duty.role), error);  // of a run that was interrupted
+    issued.push_back(make_identity(next(duty.role), keystore, authority, host, duty, validity, revoked.get()));
   }
   note_issued(keystore, issued);
-  for (const Role role : roles) put_in_place(next(role), enclave_folder(keystore, host, role));
+  for (const Duty& duty : duties) put_in_place(next(duty.role), enclave_folder(keystore, host, duty.role));
 }
 
 void require_valid_now(const fs::path& file, Time begins, Time ends) {
@@ -221,25 +213,40 @@ void create_keystore(const fs::path& folder, std::chrono::days validity) {
   write_signed(governance_file(folder), governance_xml(), certificate.get(), key.get());
 }
 
+void require_names(const fs::path& folder, const std::string& host, const std::vector<Duty>& duties) {
+  require_name(folder, "a host", host);
+  for (const Duty& duty : duties) {
+    for (const std::string& arm : duty.arms) require_name(folder, "an arm", arm);
+  }
+}
+
+void add_identities(const fs::path& folder, const std::string& host, std::chrono::days validity,
+                    const std::vector<Duty>& duties) {
+  require_names(folder, host, duties);
+  make_identities(folder, host, validity, duties);
+}
+
 void add_host(const fs::path& folder, const std::string& host, std::chrono::days validity,
               const std::vector<std::string>& arms) {
-  require_name(folder, "a host", host);
-  for (const std::string& arm : arms) require_name(folder, "an arm", arm);
-  if (const auto present = arms_of(folder, host); arms.empty() && !present.empty()) {
+  std::vector<Duty> all;
+  for (const Role role : kRoles) all.push_back({role, arms});
+  require_names(folder, host, all);
+  for (const Duty& present : duties_of(folder, host)) {
+    if (!arms.empty() || present.arms.empty()) continue;
     std::string list;
-    for (const std::string& arm : present) list += (list.empty() ? "" : ", ") + arm;
+    for (const std::string& arm : present.arms) list += (list.empty() ? "" : ", ") + arm;
     throw KeystoreError(folder.string() + ": " + host + " may command " + list +
                         " only; name the arms of its new identities with --arms, or make the same anew with `hecaton "
                         "keystore renew`");
   }
-  make_identities(folder, host, {kRoles.begin(), kRoles.end()}, {validity, arms});
+  make_identities(folder, host, validity, all);
 }
 
 void renew_host(const fs::path& folder, const std::string& host, std::chrono::days validity) {
   require_name(folder, "a host", host);
-  const std::vector<Role> roles = roles_of(folder, host);
-  if (roles.empty()) fail_without_host(folder, host);
-  make_identities(folder, host, roles, {validity, arms_of(folder, host)});
+  const std::vector<Duty> duties = duties_of(folder, host);
+  if (duties.empty()) fail_without_host(folder, host);
+  make_identities(folder, host, validity, duties);
 }
 
 void revoke_host(const fs::path& folder, const std::string& host) {

@@ -18,6 +18,13 @@ inline constexpr std::array kRoles{Role::kAgent,   Role::kSupervisor, Role::kWor
 /// "planner"
 [[nodiscard]] std::string_view role_name(Role role);
 
+/// A role, and of a planner or driver the arms that it may command, or obey for. Empty: all arms.
+struct Duty {
+  Role role{};
+  std::vector<std::string> arms;
+  bool operator==(const Duty&) const = default;
+};
+
 /// All datagrams are encrypted, and samples of all topics but streams of states once more. No participant joins without
 /// an identity, and permissions decide about each topic.
 [[nodiscard]] std::string governance_xml();

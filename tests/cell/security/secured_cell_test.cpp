@@ -10,6 +10,7 @@
 #include <idl/recorder.h>
 
 #include "services/bus/endpoint.hpp"
+#include "services/runtime/cell_duties.hpp"
 #include "services/security/keystore.hpp"
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -23,15 +24,20 @@ using services::Role;
 class SecuredCell : public LiveCell {
  protected:
   void SetUp() override {
-    services::create_keystore(keystore(), std::chrono::days(2));
-    services::add_host(keystore(), "localhost", std::chrono::days(1));
     write_cell(cell_file(), "security: {keystore: keys}\n");
     write_cell(open_file(), "");
+    services::create_keystore(keystore(), std::chrono::days(2));
+    const Ran keys = run({"keystore", "add", keystore().string(), "--for", cell_file(), "--days", "1"});
+    ASSERT_EQ(keys.code, 0) << keys.err;
     LiveCell::SetUp();
   }
   [[nodiscard]] std::string cell_file() const override { return folder_.path() / "cell.yaml"; }
   [[nodiscard]] std::string open_file() const { return folder_.path() / "open.yaml"; }
   [[nodiscard]] std::filesystem::path keystore() const { return folder_.path() / "keys"; }
+  [[nodiscard]] std::filesystem::path identity(Role role) const {
+    const bool of_people = role == Role::kOperator || role == Role::kViewer;
+    return services::enclave_folder(keystore(), of_people ? services::kPeople : "localhost", role);
+  }
 
   static void write_cell(const std::string& path, const std::string& security) {
     std::ofstream(path)
@@ -56,7 +62,7 @@ class SecuredCell : public LiveCell {
   [[nodiscard]] bus::Participant participant(const std::string& name, std::optional<Role> role) const {
     bus::ParticipantOptions options;
     options.partition = "secured";
-    if (role) options.identity = services::enclave_folder(keystore(), "localhost", *role);
+    if (role) options.identity = identity(*role);
     return {domain_.number(), name, options};
   }
 
@@ -192,7 +198,7 @@ TEST_F(SecuredCell, TakesOrdersOfAPageThroughTheIdentityOfAnOperator) {
   EXPECT_EQ(run_with(cell_file(), {"resume"}).code, 0);
 
   // A machine without that identity shows the cell, and says why it gives no orders.
-  std::filesystem::rename(services::enclave_folder(keystore(), "localhost", Role::kOperator), folder_.path() / "away");
+  std::filesystem::rename(identity(Role::kOperator), folder_.path() / "away");
   {
     const auto view = start_view({"--control"});
     EXPECT_EQ(view->wait(), 3) << view->err();
@@ -208,7 +214,7 @@ TEST_F(SecuredCell, TakesOrdersOfAPageThroughTheIdentityOfAnOperator) {
   page.wait_for("frame", [](const Json& frame) { return !frame.at("arms")[0][0].is_null(); });
   view->signal(SIGINT);
   EXPECT_EQ(view->wait(), 0) << view->err();
-  std::filesystem::rename(folder_.path() / "away", services::enclave_folder(keystore(), "localhost", Role::kOperator));
+  std::filesystem::rename(folder_.path() / "away", identity(Role::kOperator));
 }
 
 TEST_F(SecuredCell, RestartsAProcessWithItsKeys) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <sstream>
 
@@ -14,6 +15,7 @@
 #include <unistd.h>
 
 #include "services/command_line/program.hpp"
+#include "services/security/keystore.hpp"
 #include "tests/support/sros2_keystore.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/cli/run_line.hpp"
@@ -68,6 +70,75 @@ TEST(CommandLine, RejectsWrongUsage) {
           {{"completion", "fish"}, "fish"},
       },
       ExitCode::kUsage);
+}
+
+/// "agent driver(north)" for each host of the keystore.
+std::map<std::string, std::string> roles_in(const std::filesystem::path& keystore) {
+  std::map<std::string, std::string> roles;
+  for (const IdentityState& one : identities_in(keystore)) {
+    EXPECT_FALSE(one.problem) << *one.problem;
+    std::string& text = roles[one.host];
+    text += (text.empty() ? "" : " ") + one.role;
+    for (const std::string& arm : one.arms) text += "(" + arm + ")";
+  }
+  return roles;
+}
+
+TEST(CommandLine, MakesTheKeysOfWhatACellFilePlacesOnEachHost) {
+  const test::TemporaryFolder folder;
+  const std::string keys = folder.path() / "keys";
+  const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_hosts.yaml";
+  EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
+  const Ran one = run_line({"keystore", "add", keys, "north-pc", "--for", cell, "-o", "json"});
+  EXPECT_EQ(one.code, ExitCode::kDone) << one.err;
+  EXPECT_EQ(nlohmann::json::parse(one.out)["added"].size(), 1U) << one.out;
+  const std::map<std::string, std::string> north{{"north-pc", "agent driver(north) planner(north)"}};
+  EXPECT_EQ(roles_in(keys), north);
+  const Ran all = run_line({"keystore", "add", keys, "--for", cell});
+  EXPECT_EQ(all.code, ExitCode::kDone) << all.err;
+  EXPECT_NE(all.out.find("agent, driver (west), planner (west)"), std::string::npos) << all.out;
+  const std::map<std::string, std::string> wanted{{"north-pc", "agent driver(north) planner(north)"},
+                                                  {"west-pc", "agent driver(west) planner(west)"},
+                                                  {"east-pc", "agent driver(east) planner(east)"},
+                                                  {"world-pc", "agent world"},
+                                                  {"supervisor-pc", "agent supervisor"},
+                                                  {"people", "operator viewer"}};
+  EXPECT_EQ(roles_in(keys), wanted);
+  expect_refusals({{{"keystore", "add", keys, "south-pc", "--for", cell},
+                    "HOST 'south-pc' must be one of north-pc, west-pc, east-pc, world-pc, supervisor-pc"}},
+                  ExitCode::kBadInput);
+  expect_refusals({{{"keystore", "add", keys}, "name a HOST"},
+                   {{"keystore", "add", keys, "north-pc", "--for", cell, "--arms", "north"}, "excludes"}},
+                  ExitCode::kUsage);
+}
+
+// A standby needs the arms of its planner, and a page or a recorder what it reads and orders.
+TEST(CommandLine, MakesTheKeysOfStandbysPagesAndRecorders) {
+  const test::TemporaryFolder folder;
+  const std::string keys = folder.path() / "keys";
+  const std::string cell = folder.path() / "cell.yaml";
+  const auto write = [&](const std::string& view) {
+    std::ofstream(cell) << "hosts: {a: 10.0.0.1, b: 10.0.0.2}\n"
+                           "supervision: {host: a, standby_host: b}\n"
+                           "world: {host: a}\n"
+                           "record: {host: b, folder: /tmp/recordings}\n"
+                        << view
+                        << "defaults: {robot: ur5e}\n"
+                           "arms:\n"
+                           "  - {name: north, host: a, standby_host: b, base: {xyz: [0, 0.8, 0]}}\n"
+                           "  - {name: south, host: b, base: {xyz: [0, -0.8, 0]}}\n";
+    const Ran ran = run_line({"keystore", "add", keys, "--for", cell});
+    EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+  };
+  EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
+  write("view: {host: b, no_stop: true}\n");
+  std::map<std::string, std::string> wanted{{"a", "agent driver(north) planner(north) supervisor world"},
+                                            {"b", "agent driver(south) planner(north)(south) supervisor viewer"},
+                                            {"people", "operator viewer"}};
+  EXPECT_EQ(roles_in(keys), wanted);
+  write("view: {host: b}\n");
+  wanted["b"] = "agent driver(south) operator planner(north)(south) supervisor viewer";
+  EXPECT_EQ(roles_in(keys), wanted);
 }
 
 TEST(CommandLine, RejectsInvalidValues) {

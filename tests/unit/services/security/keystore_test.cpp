@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -258,6 +259,24 @@ TEST_F(Keystore, KeepsTheArmsOfAHostWhenItIsRenewed) {
   EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1), {"*"}); }).find("the name of an arm has"),
             std::string::npos);
   EXPECT_NE(refusal([&] { add_host(keystore_, "north-pc", days(1)); }).find("north-pc may command north only"),
+            std::string::npos);
+}
+
+TEST_F(Keystore, MakesIdentitiesForSomeDutiesAndKeepsTheOthers) {
+  add_identities(keystore_, "north-pc", days(10), {{Role::kDriver, {"north"}}, {Role::kPlanner, {"north", "west"}}});
+  add_identities(keystore_, "north-pc", days(10), {{Role::kWorld, {}}});
+  renew_host(keystore_, "north-pc", days(20));
+  std::map<std::string, std::vector<std::string>> arms;
+  for (const IdentityState& one : identities_in(keystore_)) {
+    EXPECT_FALSE(one.problem) << *one.problem;
+    arms[one.role] = one.arms;
+  }
+  const std::map<std::string, std::vector<std::string>> wanted{
+      {"driver", {"north"}}, {"planner", {"north", "west"}}, {"world", {}}};
+  EXPECT_EQ(arms, wanted);
+  EXPECT_NE(refusal([&] {
+              add_identities(keystore_, "north-pc", days(1), {{Role::kDriver, {"a b"}}});
+            }).find("the name of an arm has"),
             std::string::npos);
 }
 
