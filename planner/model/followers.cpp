@@ -254,8 +254,7 @@ void enclose_followers(const std::vector<Follower>& followers, const std::vector
   limits.insert(limits.end(), ranges.begin(), ranges.end());
   const auto outside = std::make_shared<OutsideJoints>();
   for (std::size_t i = 0; i < joint_names.size(); ++i) {
-    outside->joints.push_back(
-        {joint_names[i], type_of(followers, model.joints() + static_cast<int>(i)), ranges[i], false});
+    outside->joints.push_back({joint_names[i], type_of(followers, model.joints() + static_cast<int>(i)), ranges[i]});
   }
   std::set<std::string> names;
   for (int g = 0; g < static_cast<int>(model.geometry.size()); ++g) {
@@ -285,6 +284,11 @@ void enclose_followers(const std::vector<Follower>& followers, const std::vector
       return moved >= 0 && joints.contains(model.links[moved].joint);
     });
     names.insert(name);
+    for (const int joint : joints) {
+      const bool has_range = joint >= model.joints();  // else it is a joint of the chain, which the link follows
+      if (!has_range || moved_link(model, geometry.link) >= 0) continue;
+      outside->joints[static_cast<std::size_t>(joint - model.joints())].of_base = true;
+    }
     if (!body || joint_names.empty()) continue;
     body->enclosure = enclosure;
     for (const int joint : joints) outside->joints[static_cast<std::size_t>(joint - model.joints())].of_tool = true;

@@ -22,6 +22,7 @@ struct OutsideJoint {
   JointType type = JointType::kRevolute;
   MotionRange range;     ///< of the cell file
   bool of_tool = false;  ///< it moves a shape that is fixed to the tool's body: only these become smaller
+  bool of_base = false;  ///< it moves a shape that no joint of the arm moves: arms of one robot share it
 };
 
 /// A shape that such joints move, and that the tool's body carries.

@@ -10,6 +10,7 @@
 
 #include "planner/cell_defaults.hpp"
 #include "planner/collision/model_filter.hpp"
+#include "planner/model/outside_joints.hpp"
 #include "planner/model/urdf_loader.hpp"
 #include "services/config/readers.hpp"
 #include "services/config/robot_catalogue.hpp"
@@ -375,6 +376,30 @@ void check_held_joints(const std::vector<ArmView>& views, const std::vector<plan
   }
 }
 
+/// Refuses arms of one robot of which one lets a joint of the base move, such as that of a head, and the other does not
+/// as far: it would not know where the links of that joint can be.
+void check_shared_ranges(const std::vector<ArmView>& views, const std::vector<planner::PlannedArm>& arms) {
+  const auto has = [](const planner::RobotModel& model, const planner::OutsideJoint& wanted) {
+    if (!model.outside) return false;
+    const auto& joints = model.outside->joints;
+    return std::any_of(joints.begin(), joints.end(), [&](const planner::OutsideJoint& joint) {
+      return joint.name == wanted.name && joint.range == wanted.range;
+    });
+  };
+  for (std::size_t i = 0; i < arms.size(); ++i) {
+    for (std::size_t j = 0; j < arms.size(); ++j) {
+      if (i == j || !planner::same_robot(arms[i].arm, arms[j].arm) || !arms[i].arm.model->outside) continue;
+      for (const planner::OutsideJoint& joint : arms[i].arm.model->outside->joints) {
+        if (!joint.of_base || has(*arms[j].arm.model, joint)) continue;
+        const std::string range = "[" + number_text(joint.range.lower) + ", " + number_text(joint.range.upper) + "]";
+        views[j].own.view().fail_with("arm " + arms[i].arm.name + " of the same robot has joint " +
+                                      printable(joint.name) + " within " + range + ", arm " + arms[j].arm.name +
+                                      " has not; give both joints: {" + printable(joint.name) + ": " + range + "}");
+      }
+    }
+  }
+}
+
 /// Refuses arms of one robot of which one moves the other.
 void check_shared_joints(const std::vector<ArmView>& views, const std::vector<planner::PlannedArm>& arms) {
   for (std::size_t i = 0; i < arms.size(); ++i) {
@@ -470,6 +495,7 @@ OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods
     file.arm_hosts.push_back({host, read_standby_host(arm.own, "standby_host", file.hosts, host)});
   }
   check_shared_joints(arms, file.cell.arms);
+  check_shared_ranges(arms, file.cell.arms);
   check_held_joints(arms, file.cell.arms);
   return open;
 }

@@ -571,6 +571,33 @@ TEST(ArmsOfOneRobotTest, ShareAHumanoidOfHundredsOfLinks) {
   EXPECT_TRUE(planner::same_robot(file.cell.arms[0].arm, file.cell.arms[1].arm));
 }
 
+// The other arm would take the head as one that stays where it is.
+TEST(ArmsOfOneRobotTest, GiveAJointOfTheirBaseOneRange) {
+  const test::TemporaryFolder folder;
+  folder.write("humanoid.urdf", humanoid());
+  const auto cell = [&](const std::string& left, const std::string& right) {
+    const std::string text =
+        "name: humanoid\ndefaults: {urdf: humanoid.urdf}\narms:\n  - {name: left, chain: [waist3, left_arm7]" + left +
+        "}\n  - {name: right, chain: [waist3, right_arm7]" + right + "}\n";
+    return parse_cell_file(text, folder.path("cell.yaml"));
+  };
+  const std::string head = ", joints: {head1_joint: [-0.2, 0.2]}";
+  EXPECT_NO_THROW(static_cast<void>(cell(head, head)));
+  EXPECT_NO_THROW(static_cast<void>(cell(", joints: {left_finger1_1_joint: [-0.2, 0.2]}", ""))) << "of its own hand";
+  for (const std::string other : {"", ", joints: {head1_joint: [-0.2, 0.3]}", ", joints: {head1_joint: 0.1}"}) {
+    try {
+      static_cast<void>(cell(head, other));
+      FAIL() << "was accepted: " << other;
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what())
+                    .find("arms[1]: arm left of the same robot has joint head1_joint within [-0.2, 0.2], arm right has "
+                          "not; give both joints: {head1_joint: [-0.2, 0.2]}"),
+                std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST(ArmsOfOneRobotTest, AreOneRobotHoweverThePathIsWritten) {
   const CellFile file = parse_cell_file(
       two_arms("chain: [torso, left_tool]", "urdf: ../robots/../robots/./two_arms.urdf, chain: [torso, right_tool]"),
