@@ -416,8 +416,12 @@ class UrdfChecker {
     }
     const double soft_lower = number_attribute(*safety, "soft_lower_limit", 1, where)[0];
     const double soft_upper = number_attribute(*safety, "soft_upper_limit", 1, where)[0];
-    const double lower = std::max(soft_lower, number_attribute(*limit, "lower", 1, where)[0]);
-    const double upper = std::min(soft_upper, number_attribute(*limit, "upper", 1, where)[0]);
+    const double hard_lower = number_attribute(*limit, "lower", 1, where)[0];
+    const double hard_upper = number_attribute(*limit, "upper", 1, where)[0];
+    // Some files write URDF's default, which leaves nothing: as if it were missing. A locked joint has no range.
+    if ((soft_lower == 0.0 && soft_upper == 0.0) || hard_lower == hard_upper) return;
+    const double lower = std::max(soft_lower, hard_lower);
+    const double upper = std::min(soft_upper, hard_upper);
     if (!(lower < upper)) {
       throw ModelError(where +
                        ": safety_controller soft_lower_limit = " + in_quotes(safety->Attribute("soft_lower_limit")) +

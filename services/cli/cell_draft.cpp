@@ -91,8 +91,8 @@ LoadedArm load_arm(const DraftArm& draft, const std::vector<std::string>& other_
   loaded.base_link = base_link;
   loaded.arm.name = draft.name;
   loaded.arm.X_WB = pose_of(draft.base);
-  loaded.by_name = !fs::exists(draft.robot);
-  if (loaded.by_name && !config::is_robot_name(draft.robot)) {
+  loaded.by_name = config::means_robot(draft.robot);
+  if (!loaded.by_name && !fs::exists(draft.robot)) {
     throw Failure(ExitCode::kBadInput, draft.name + " = '" + config::printable(draft.robot) +
                                            "' must be the name of a robot or the path of a URDF; " +
                                            config::robot_suggestion(draft.robot));

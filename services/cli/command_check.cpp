@@ -379,7 +379,7 @@ std::string first_steps(const CheckOptions& options) {
 
 ExitCode check_urdf(const Settings& settings, const CheckOptions& options) {
   planner::RobotModel model = *load_robot(options.file, options.robot);
-  if (std::filesystem::exists(options.file)) {
+  if (!config::means_robot(options.file)) {
     model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
                           number_text(planner::kAssumedRunUp) + " s");
   }

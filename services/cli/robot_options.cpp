@@ -118,8 +118,8 @@ void refuse_robot_options(const CLI::App& command) {
 }
 
 bool is_robot(const std::string& word) {
+  if (config::means_robot(word)) return true;
   std::ifstream file(word);
-  if (!file && config::is_robot_name(word)) return true;
   if (!file) {
     throw Failure(ExitCode::kBadInput, "'" + config::printable_path(word) +
                                            "' is no file that can be read, and no robot; " +
@@ -155,7 +155,7 @@ std::shared_ptr<const planner::RobotModel> load_robot(const std::string& word, c
   urdf.names.held_joints = std::string(kJoint) + " NAME=VALUE";
   urdf.names.default_velocity = kDefaultVelocity;
   urdf.names.allow_bare_links = kAllowBareLinks;
-  if (std::filesystem::exists(word)) return planner::load_arm_model(word, urdf);
+  if (!config::means_robot(word)) return planner::load_arm_model(word, urdf);
   planner::SourceFiles sources;
   return config::load_named_robot(config::read_named_robot(word, sources), urdf);
 }

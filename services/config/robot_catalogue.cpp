@@ -110,6 +110,11 @@ bool is_robot_name(std::string_view name, const planner::SourceFiles& sources) {
   return is_name(name) && fs::is_regular_file(sources.place(entry_path(name)), ignored);
 }
 
+bool means_robot(const std::string& word) {
+  std::error_code ignored;
+  return is_robot_name(word) && (!fs::exists(word, ignored) || fs::is_directory(word, ignored));
+}
+
 std::string robot_suggestion(std::string_view name) {
   const std::vector<std::string> names = robot_names();
   if (names.empty())
@@ -144,7 +149,7 @@ NamedRobot read_named_robot(const std::string& name, planner::SourceFiles& sourc
 }
 
 std::vector<RobotTool> tools_of(const std::string& word) {
-  if (std::filesystem::exists(word) || !is_robot_name(word)) return {};
+  if (!means_robot(word)) return {};
   planner::SourceFiles sources;
   return read_named_robot(word, sources).tools;
 }

@@ -45,6 +45,10 @@ struct NamedRobot {
 /// True if `sources` has a robot of this name.
 [[nodiscard]] bool is_robot_name(std::string_view name, const planner::SourceFiles& sources = planner::SourceFiles());
 
+/// True if a word of the command line means a robot of the catalogue: no file has its name. A folder may, such as that
+/// of the robot's meshes.
+[[nodiscard]] bool means_robot(const std::string& word);
+
 /// What to do about a name that is no robot: "did you mean 'ur5e'?", or all names.
 [[nodiscard]] std::string robot_suggestion(std::string_view name);
 

@@ -99,6 +99,18 @@ TEST(UrdfLoader, SoftLimitsTightenTheRange) {
   EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
 }
 
+TEST(UrdfLoader, TakesNothingByUnsetSoftLimitsOrFromALockedJoint) {
+  const std::string unset = kLimit + R"(<safety_controller k_velocity="1" soft_lower_limit="0" soft_upper_limit="0"/>)";
+  const std::string locked = R"(<limit lower="0.5" upper="0.5" effort="1" velocity="1"/>)"
+                             R"(<safety_controller k_velocity="1" soft_lower_limit="-1" soft_upper_limit="1"/>)";
+  const auto model =
+      load_text(robot(ball_link("base") + ball_link("a") + ball_link("b") + joint("j", "revolute", "base", "a", unset) +
+                      joint("held", "revolute", "a", "b", locked)));
+  ASSERT_EQ(model->joint_names, std::vector<std::string>{"j"});
+  EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
+  EXPECT_TRUE(has_note(*model, "joint 'held' is fixed"));
+}
+
 TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
   const std::string urdf = robot(ball_link("base") + ball_link("a") + ball_link("b") +
                                  joint("missing", "revolute", "base", "a", R"(<limit lower="-1" upper="1"/>)") +

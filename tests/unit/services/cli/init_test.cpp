@@ -447,6 +447,19 @@ TEST(Robots, ListsFiguresSourcesAndWhatIsApproximate) {
   EXPECT_NE(one.find("approximate: "), std::string::npos) << one;
 }
 
+// As that of the robot's meshes beside the user.
+TEST(Robots, AreMeantAlthoughAFolderHasTheName) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(std::filesystem::path(folder.path()) / "ur5e");
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const Ran check = run_line({"check", "ur5e"});
+  const Ran draft = run_line({"init", "-o", "cell.yaml", "left=ur5e"});
+  std::filesystem::current_path(before);
+  EXPECT_EQ(check.code, ExitCode::kDone) << check.err;
+  EXPECT_EQ(draft.code, ExitCode::kDone) << draft.err;
+}
+
 TEST(Robots, StandInForAUrdfInCommands) {
   const Ran check = run_line({"check", "ur5e"});
   EXPECT_EQ(check.code, ExitCode::kDone) << check.err;
