@@ -408,7 +408,7 @@ def command_findings(root, binaries):
                 yield f"{page.relative_to(root)}: there is no command `{program} {command}`"
                 continue
             allowed = allowed | options(program, "")
-            if len(words) > 1 and command in ("bag", "obstacle") and words[1].islower():
+            if len(words) > 1 and command in ("bag", "keystore", "obstacle") and words[1].islower():
                 allowed |= options_below(binaries, program, command, words[1])
             for word in words:
                 if re.fullmatch(r"--[a-z][\w-]*", word) and word not in allowed:
