@@ -75,7 +75,7 @@ void ModeOrders::withdraw(std::uint64_t giver) {
     const std::scoped_lock lock(mutex_);
     withdrawn = withdraw_resumes([&](const Resume& one) { return one.giver == giver; });
   }
-  tell(withdrawn, {false, "not carried out: who gave it is gone"});
+  tell(withdrawn, {false, "not carried out: the page that gave it has closed"});
 }
 
 std::vector<ModeOrders::Told> ModeOrders::withdraw_resumes(const std::function<bool(const Resume&)>& concerned) {

@@ -1,4 +1,4 @@
-#include "services/planner/explain.hpp"
+#include "services/planner/progress_reporter.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -94,9 +94,9 @@ planner::ToolError measured_error(const planner::Arm& arm, const planner::JointV
 
 }  // namespace
 
-Progress explain(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
-                 const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
-                 std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold) {
+Progress progress_of(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
+                     const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
+                     std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold) {
   const std::string& own = geometry.own_arm().name;
   Progress progress;
   progress.obstructed = true;
@@ -213,8 +213,8 @@ std::optional<Progress> ProgressReporter::report(const Period& period) {
   Progress progress;
   if (period.planned) {
     const auto& [inputs, result, q, drive] = *period.planned;
-    progress =
-        explain(result, controller.goal_progress(), controller.geometry(), inputs.arms, inputs.obstacles, period.hold);
+    progress = progress_of(result, controller.goal_progress(), controller.geometry(), inputs.arms, inputs.obstacles,
+                           period.hold);
     last_binding_.update(controller.memory().tracking.is_bound(), progress);
     const bool blocked = result.status == planner::TickStatus::kBlocked && !result.has_binding;
     if (blocked && controller.guide() != nullptr) {

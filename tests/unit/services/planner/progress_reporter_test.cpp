@@ -1,4 +1,4 @@
-#include "services/planner/explain.hpp"
+#include "services/planner/progress_reporter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@ namespace {
 
 using planner::TickStatus;
 
-class ExplainTest : public testing::Test {
+class ProgressReporterTest : public testing::Test {
  protected:
-  Progress explained(TickStatus status) {
+  Progress progress_at(TickStatus status) {
     result_.status = status;
-    return explain(result_, goal_progress_, geometry_, seen_, {}, hold_);
+    return progress_of(result_, goal_progress_, geometry_, seen_, {}, hold_);
   }
 
   /// Two balls, 18 mm apart, are the binding pair.
@@ -33,48 +33,48 @@ class ExplainTest : public testing::Test {
   planner::ProgressMonitor goal_progress_;
 };
 
-TEST_F(ExplainTest, NamesTheRecoveryAction) {
-  EXPECT_EQ(explained(TickStatus::kMoving).recovery_action, "moves straight to the goal");
-  EXPECT_EQ(explained(TickStatus::kDetouring).recovery_action, "makes a detour");
-  EXPECT_EQ(explained(TickStatus::kFollowingRoute).recovery_action, "follows a route around the obstacle");
+TEST_F(ProgressReporterTest, NamesTheRecoveryAction) {
+  EXPECT_EQ(progress_at(TickStatus::kMoving).recovery_action, "moves straight to the goal");
+  EXPECT_EQ(progress_at(TickStatus::kDetouring).recovery_action, "makes a detour");
+  EXPECT_EQ(progress_at(TickStatus::kFollowingRoute).recovery_action, "follows a route around the obstacle");
   result_.subspaces_drawn = 2;
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).recovery_action, "follows the boundary, in subspace 2");
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).recovery_action, "follows the boundary, in subspace 2");
   result_.yields_to = 1;
-  EXPECT_EQ(explained(TickStatus::kYielding).recovery_action, "yields to arm right");
+  EXPECT_EQ(progress_at(TickStatus::kYielding).recovery_action, "yields to arm right");
 }
 
-TEST_F(ExplainTest, HasKindAndSubjectOfEveryCause) {
-  EXPECT_EQ(explained(TickStatus::kMoving).cause.kind(), msg::CauseKind::CAUSE_NONE);
-  EXPECT_EQ(explained(TickStatus::kHolding).cause, hold_);
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.kind(), msg::CauseKind::CAUSE_AT_JOINT_LIMITS);
+TEST_F(ProgressReporterTest, HasKindAndSubjectOfEveryCause) {
+  EXPECT_EQ(progress_at(TickStatus::kMoving).cause.kind(), msg::CauseKind::CAUSE_NONE);
+  EXPECT_EQ(progress_at(TickStatus::kHolding).cause, hold_);
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).cause.kind(), msg::CauseKind::CAUSE_AT_JOINT_LIMITS);
   result_.yields_to = 1;
-  EXPECT_EQ(explained(TickStatus::kYielding).cause.kind(), msg::CauseKind::CAUSE_GIVING_WAY);
-  EXPECT_EQ(explained(TickStatus::kYielding).cause.subject(), "right");
+  EXPECT_EQ(progress_at(TickStatus::kYielding).cause.kind(), msg::CauseKind::CAUSE_GIVING_WAY);
+  EXPECT_EQ(progress_at(TickStatus::kYielding).cause.subject(), "right");
   result_.stale_arm = 1;
-  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_ARM_STATE_OLD);
-  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.subject(), "right");
+  EXPECT_EQ(progress_at(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_ARM_STATE_OLD);
+  EXPECT_EQ(progress_at(TickStatus::kStaleInput).cause.subject(), "right");
   result_.stale_arm = -2;
-  EXPECT_EQ(explained(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_OBSTACLES_OLD);
+  EXPECT_EQ(progress_at(TickStatus::kStaleInput).cause.kind(), msg::CauseKind::CAUSE_OBSTACLES_OLD);
   bind();
-  EXPECT_EQ(explained(TickStatus::kBlocked).cause.kind(), msg::CauseKind::CAUSE_PATH_BLOCKED);
-  EXPECT_EQ(explained(TickStatus::kBlocked).cause.subject(), "right/ball");
+  EXPECT_EQ(progress_at(TickStatus::kBlocked).cause.kind(), msg::CauseKind::CAUSE_PATH_BLOCKED);
+  EXPECT_EQ(progress_at(TickStatus::kBlocked).cause.subject(), "right/ball");
 }
 
-TEST_F(ExplainTest, IsHeldBackUnlessItMovesFreely) {
+TEST_F(ProgressReporterTest, IsHeldBackUnlessItMovesFreely) {
   result_.yields_to = 1;
-  EXPECT_FALSE(explained(TickStatus::kMoving).obstructed);
-  EXPECT_FALSE(explained(TickStatus::kFollowingRoute).obstructed);
-  EXPECT_FALSE(explained(TickStatus::kReached).obstructed);
-  EXPECT_FALSE(explained(TickStatus::kHolding).obstructed) << "held by an order";
+  EXPECT_FALSE(progress_at(TickStatus::kMoving).obstructed);
+  EXPECT_FALSE(progress_at(TickStatus::kFollowingRoute).obstructed);
+  EXPECT_FALSE(progress_at(TickStatus::kReached).obstructed);
+  EXPECT_FALSE(progress_at(TickStatus::kHolding).obstructed) << "held by an order";
   for (const TickStatus status :
        {TickStatus::kFollowingBoundary, TickStatus::kDetouring, TickStatus::kYielding, TickStatus::kBlocked}) {
-    EXPECT_TRUE(explained(status).obstructed) << static_cast<int>(status);
+    EXPECT_TRUE(progress_at(status).obstructed) << static_cast<int>(status);
   }
 }
 
-TEST_F(ExplainTest, HasTheBindingPairAndItsDistance) {
+TEST_F(ProgressReporterTest, HasTheBindingPairAndItsDistance) {
   bind();
-  const Progress progress = explained(TickStatus::kBlocked);
+  const Progress progress = progress_at(TickStatus::kBlocked);
   EXPECT_EQ(progress.state, msg::GoalState::GOAL_BLOCKED);
   EXPECT_EQ(progress.binding_own, "left/ball");
   EXPECT_EQ(progress.binding_other, "right/ball");
@@ -82,21 +82,21 @@ TEST_F(ExplainTest, HasTheBindingPairAndItsDistance) {
   EXPECT_EQ(progress.cause.text(), "no progress: left/ball – right/ball, 18 mm");
 }
 
-TEST_F(ExplainTest, IsHeldBackWithABindingPair) {
+TEST_F(ProgressReporterTest, IsHeldBackWithABindingPair) {
   bind();
-  EXPECT_TRUE(explained(TickStatus::kMoving).obstructed);
+  EXPECT_TRUE(progress_at(TickStatus::kMoving).obstructed);
 }
 
-TEST_F(ExplainTest, NamesTheJointLimitsWithoutABindingPair) {
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "at its joint limits");
+TEST_F(ProgressReporterTest, NamesTheJointLimitsWithoutABindingPair) {
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).cause.text(), "at its joint limits");
   bind();
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "");
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).cause.text(), "");
 }
 
-TEST_F(ExplainTest, NamesThePairThatBoundedItLastAtTheLimitsOfAPathTolerance) {
+TEST_F(ProgressReporterTest, NamesThePairThatBoundedItLastAtTheLimitsOfAPathTolerance) {
   LastBinding last;
   const auto text = [&](TickStatus status, bool path_bound = true) {
-    Progress progress = explained(status);
+    Progress progress = progress_at(status);
     last.update(path_bound, progress);
     return progress.cause.text();
   };
@@ -111,27 +111,27 @@ TEST_F(ExplainTest, NamesThePairThatBoundedItLastAtTheLimitsOfAPathTolerance) {
   EXPECT_EQ(text(TickStatus::kFollowingBoundary), "at its joint limits, or those of its path tolerance");
 }
 
-TEST_F(ExplainTest, IsBlockedAfterTheStallTimeout) {
+TEST_F(ProgressReporterTest, IsBlockedAfterTheStallTimeout) {
   for (int second = 0; second <= 10; ++second) {
-    EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE) << second;
+    EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE) << second;
     goal_progress_.note(1.0, 1.0);
   }
   goal_progress_.note(0.99, 1.0);
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_BLOCKED);
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).cause.text(), "no path found for 11 s");
-  EXPECT_TRUE(explained(TickStatus::kMoving).obstructed) << "a short free motion";
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_BLOCKED);
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).cause.text(), "no path found for 11 s");
+  EXPECT_TRUE(progress_at(TickStatus::kMoving).obstructed) << "a short free motion";
   goal_progress_.note(0.5, 1.0);
-  EXPECT_EQ(explained(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE);
+  EXPECT_EQ(progress_at(TickStatus::kFollowingBoundary).state, msg::GoalState::GOAL_ACTIVE);
 }
 
-TEST_F(ExplainTest, NamesALostArm) {
-  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(), "no progress within the joint limits");
+TEST_F(ProgressReporterTest, NamesALostArm) {
+  EXPECT_EQ(progress_at(TickStatus::kBlocked).cause.text(), "no progress within the joint limits");
   seen_[1].position_uncertainty = test::joints({0.1, 0.1});
-  EXPECT_EQ(explained(TickStatus::kMoving).cause.text(), "");
-  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(), "no progress; arm right was lost and may be nearer");
+  EXPECT_EQ(progress_at(TickStatus::kMoving).cause.text(), "");
+  EXPECT_EQ(progress_at(TickStatus::kBlocked).cause.text(), "no progress; arm right was lost and may be nearer");
   bind();
-  EXPECT_EQ(explained(TickStatus::kMoving).cause.text(), "arm right was lost and may be nearer");
-  EXPECT_EQ(explained(TickStatus::kBlocked).cause.text(),
+  EXPECT_EQ(progress_at(TickStatus::kMoving).cause.text(), "arm right was lost and may be nearer");
+  EXPECT_EQ(progress_at(TickStatus::kBlocked).cause.text(),
             "no progress: left/ball – right/ball, 18 mm; arm right was lost and may be nearer");
 }
 

@@ -14,14 +14,15 @@ namespace hecaton::services {
 
 /// State, cause, binding pair and recovery action, without the distance to the goal. The state is never kReached: that
 /// depends on the measured position, which the caller checks. `hold`: why the arm is held.
-[[nodiscard]] Progress explain(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
-                               const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
-                               std::span<const world::ObstacleState> obstacles, const std::optional<msg::Cause>& hold);
+[[nodiscard]] Progress progress_of(const planner::TickResult& result, const planner::ProgressMonitor& goal_progress,
+                                   const planner::CellGeometry& geometry, std::span<const planner::ArmObservation> arms,
+                                   std::span<const world::ObstacleState> obstacles,
+                                   const std::optional<msg::Cause>& hold);
 
 /// Decides by the measured position whether an arm whose set-point is at the goal has reached it.
 class ArrivalCheck {
  public:
-  /// Call once per control period of `dt` [s] after explain(). `error`: error_at_goal() of the measured position;
+  /// Call once per control period of `dt` [s] after progress_of(). `error`: error_at_goal() of the measured position;
   /// nothing: the arm is there. `set_point_there`: the set-point is at the goal and at rest. An arm that stays away
   /// from its goal for a second although its set-point is there is blocked: its drive does not follow.
   void judge(bool set_point_there, const std::optional<std::string>& error, const std::string& arm, double dt,
@@ -35,8 +36,8 @@ class ArrivalCheck {
 /// no pair bounds an arm, although it stands there because of that one.
 class LastBinding {
  public:
-  /// Call once per control period after explain(). `path_bound`: the arm must stay near a trajectory. Then an arm at
-  /// its limits says so, and names the pair.
+  /// Call once per control period after progress_of(). `path_bound`: the arm must stay near a trajectory. Then an arm
+  /// at its limits says so, and names the pair.
   void update(bool path_bound, Progress& progress);
 
  private:
