@@ -202,10 +202,11 @@ void forget_old_goal(const LocalInput& input, LocalMemory& memory) {
   memory.right_of_way.nearest = std::numeric_limits<double>::infinity();
 }
 
-/// See RightOfWayInput::distance.
-double distance_to_goal(const LocalInput& input, bool tracks, const TrajectoryTracking& tracking) {
-  if (tracks) return tracking.trajectory->duration() - tracking.time;
-  return joint_difference(input.limits, input.q, input.q_goal).norm();
+/// See RightOfWayInput::distance. An arm that goes around something stays on its trajectory's time.
+double distance_to_goal(const LocalInput& input, const TrajectoryTracking& tracking) {
+  if (tracking.phase == TrackingPhase::kNone || tracking.phase == TrackingPhase::kDone)
+    return joint_difference(input.limits, input.q, input.q_goal).norm();
+  return tracking.trajectory->duration() - tracking.time;
 }
 
 /// What the arm does in a tick.
@@ -276,13 +277,8 @@ LocalResult plan_locally(const LocalInput& input, LocalMemory& memory) {
   const bool at_rest = input.qd.cwiseAbs().maxCoeff() < 10.0 * input.parameters.goal_tolerance;
   memory.right_of_way.under_way = memory.right_of_way.under_way && !(at_goal && at_rest);
   const bool blocked = memory.deviation.active || memory.without_progress > 0.0;
-  const RightOfWayInput others{input.parameters,
-                               input.arms,
-                               input.self,
-                               input.rows,
-                               input.dt,
-                               blocked,
-                               distance_to_goal(input, tracks, tracking)};
+  const RightOfWayInput others{
+      input.parameters, input.arms, input.self, input.rows, input.dt, blocked, distance_to_goal(input, tracking)};
   update_right_of_way(others, memory);
   result.yields_to = memory.right_of_way.yields_to;
   const bool returns = input.has_goal && !tracks && !at_goal && !memory.right_of_way.under_way;

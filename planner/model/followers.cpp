@@ -206,22 +206,28 @@ Pose held_place(const std::vector<MechanismStep>& steps) {
   return X;
 }
 
+/// A link in the frame of the link that carries it; −1: the root. No joint is between them. The model may still have
+/// more links than Kinematics.
+Pose place_on(const RobotModel& model, int carrier, int link) {
+  Pose X = Pose::Identity();
+  for (int i = link; i != carrier && i > 0; i = model.links[i].parent) X = model.links[i].X_PJ * X;
+  return X;
+}
+
 /// The body of a range's joints alone that the tool's body carries; empty: it is another one.
 std::optional<OutsideBody> body_of_tool(const RobotModel& model, const LinkGeometry& geometry,
                                         const std::vector<MechanismStep>& steps) {
   const int tool = model.tool_link;
-  if (moved_link(model, geometry.link) != moved_link(model, tool)) return std::nullopt;
+  const int carrier = moved_link(model, tool);
+  if (moved_link(model, geometry.link) != carrier) return std::nullopt;
   OutsideBody body{model.links[geometry.link].name, nullptr, geometry.shape, geometry.X_LS, Pose::Identity(), {}};
   for (MechanismStep step : steps) {
     if (step.moves && step.joint < model.joints()) return std::nullopt;
     step.joint -= step.moves ? model.joints() : 0;
     body.steps.push_back(step);
   }
-  // No joint is between the two links, so that any position of the arm will do.
-  Kinematics kinematics;
-  forward_kinematics(model, Pose::Identity(), JointVector::Zero(model.joints()), kinematics);
-  const Pose X_WP = kinematics.X_WL[geometry.link] * held_place(steps).inverse();
-  body.X_TP = (kinematics.X_WL[tool] * model.X_LT).inverse() * X_WP;
+  const Pose X_CP = place_on(model, carrier, geometry.link) * held_place(steps).inverse();
+  body.X_TP = (place_on(model, carrier, tool) * model.X_LT).inverse() * X_CP;
   return body;
 }
 

@@ -118,7 +118,7 @@ TEST(CommandLine, MakesTheKeysOfStandbysPagesAndRecorders) {
   const std::string keys = folder.path() / "keys";
   const std::string cell = folder.path() / "cell.yaml";
   const auto write = [&](const std::string& view) {
-    std::ofstream(cell) << "hosts: {a: 10.0.0.1, b: 10.0.0.2}\n"
+    std::ofstream(cell) << "name: two\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\n"
                            "supervision: {host: a, standby_host: b}\n"
                            "world: {host: a}\n"
                            "record: {host: b, folder: /tmp/recordings}\n"
