@@ -56,14 +56,14 @@ try {
   /** Where bodies of an arm were in a former shot, and none is now. */
   const leftBy = (name, now, former) => placedIn(former, name).filter((point) => isApart(point, placedIn(now, name)));
 
-  // Five frames between which arms have left places. A joint that turns far may move no body (the spindle of a SCARA).
+  // Six frames, and between each and the next an arm has left a place. A joint that turns far may move no body (the spindle of a SCARA).
   const shots = [];
-  while (shots.length < 5) {
+  while (shots.length < 6) {
     const before = shots.at(-1);
     await page.waitForFunction((arms) => Object.entries(arms).every(([arm, { q }]) =>
       window.hecaton.scene.drawn(arm).q.some((value, k) => Math.abs(value - q[k]) > 0.1)), before?.arms ?? {});
     const shot = await shootFresh(page, names);
-    if (before && !names.some((name) => leftBy(name, shot, before).length > 1)) continue;
+    if (before && !names.some((name) => leftBy(name, shot, before).length > 0)) continue;
     shots.push({ ...shot, hues: await huesOf(page) });
   }
   if (picture) await page.screenshot({ path: picture });
