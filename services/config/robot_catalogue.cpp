@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
+#include <utility>
 
 #include <dlfcn.h>
 #include <link.h>
@@ -68,18 +70,49 @@ std::vector<RobotTool> read_tools(const YamlView& view) {
   return tools;
 }
 
-/// Nothing when the catalogue has no poses for this chain.
-const RobotTool* tool_of_chain(const NamedRobot& robot, const std::string& link, int joints) {
-  const auto fits = [&](const RobotTool& tool) { return static_cast<int>(tool.poses.at("home").size()) == joints; };
-  const auto named =
-      std::find_if(robot.tools.begin(), robot.tools.end(), [&](const RobotTool& tool) { return tool.link == link; });
-  if (named != robot.tools.end()) return fits(*named) ? &*named : nullptr;
-  // Another link of the only arm, such as its last moving link.
-  return robot.tools.size() == 1 && fits(robot.tools.front()) ? &robot.tools.front() : nullptr;
+/// For each joint of `model` its place among all joints to the tool, in which the catalogue's lists are: a chain may
+/// begin above the first of them, such as that of a rail, or end before the last. Empty: a joint is not among them.
+std::vector<std::size_t> places_of_joints(const planner::RobotModel& model, const NamedRobot& robot,
+                                          const RobotTool& tool, const planner::UrdfOptions& options) {
+  planner::UrdfOptions whole;
+  whole.sources = options.sources;
+  whole.tool_link = tool.link;
+  const bool is_whole = options.base_link.empty() && options.tool_link == tool.link;
+  const std::vector<std::string> all =
+      is_whole ? model.joint_names : planner::load_arm_model(robot.urdf, whole)->joint_names;
+  if (all.size() != robot.acceleration.size() || all.size() != tool.poses.at("home").size()) return {};
+  std::vector<std::size_t> places;
+  for (const std::string& joint : model.joint_names) {
+    const auto found = std::find(all.begin(), all.end(), joint);
+    if (found == all.end()) return {};
+    places.push_back(static_cast<std::size_t>(found - all.begin()));
+  }
+  return places;
 }
 
-planner::JointVector joint_vector(const std::vector<double>& numbers) {
-  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+/// A tool of the catalogue with the places of the arm's joints in its lists.
+struct KnownChain {
+  const RobotTool* tool;
+  std::vector<std::size_t> places;
+};
+
+/// The tool that has the arm's link, otherwise the first that moves all joints of the arm; nothing: there is none.
+std::optional<KnownChain> known_chain(const planner::RobotModel& model, const NamedRobot& robot,
+                                      const planner::UrdfOptions& options) {
+  std::optional<KnownChain> known;
+  for (const RobotTool& tool : robot.tools) {
+    const bool is_named = tool.link == options.tool_link;
+    if (known && !is_named) continue;
+    std::vector<std::size_t> places = places_of_joints(model, robot, tool, options);
+    if (!places.empty()) known = KnownChain{&tool, std::move(places)};
+  }
+  return known;
+}
+
+planner::JointVector at_places(const std::vector<double>& numbers, const std::vector<std::size_t>& places) {
+  planner::JointVector chosen(static_cast<Eigen::Index>(places.size()));
+  for (std::size_t j = 0; j < places.size(); ++j) chosen[static_cast<Eigen::Index>(j)] = numbers.at(places[j]);
+  return chosen;
 }
 
 }  // namespace
@@ -157,9 +190,15 @@ std::vector<RobotTool> tools_of(const std::string& word) {
 std::shared_ptr<const planner::RobotModel> load_named_robot(const NamedRobot& robot, planner::UrdfOptions options) {
   if (options.tool_link.empty()) options.tool_link = robot.tools.front().link;
   const auto model = std::make_shared<planner::RobotModel>(*planner::load_arm_model(robot.urdf, options));
-  if (const RobotTool* tool = tool_of_chain(robot, options.tool_link, model->joints())) {
-    for (const auto& [name, pose] : tool->poses) model->named.try_emplace(name, joint_vector(pose));
-    model->limits.acceleration = joint_vector(robot.acceleration);
+  if (const auto known = known_chain(*model, robot, options)) {
+    for (const auto& [name, pose] : known->tool->poses) {
+      if (pose.size() == robot.acceleration.size()) model->named.try_emplace(name, at_places(pose, known->places));
+    }
+    model->limits.acceleration = at_places(robot.acceleration, known->places);
+  } else {
+    model->notes.push_back("the catalogue has no accelerations for the joints to link '" +
+                           printable(options.tool_link) + "': every joint is assumed to reach its velocity limit in " +
+                           number_text(planner::kAssumedRunUp) + " s");
   }
   std::string note = "approximate: " + robot.approximate.front();
   for (std::size_t i = 1; i < robot.approximate.size(); ++i) note += "; " + robot.approximate[i];

@@ -65,6 +65,25 @@ TEST(RobotCatalogue, ArmsOfOneRobotShareItsModel) {
   EXPECT_EQ(file.cell.arms[0].arm.model, file.cell.arms[1].arm.model);
 }
 
+// The rail is held: the lists of the catalogue have it first.
+TEST(RobotCatalogue, ChainAboveTheRailKeepsPosesAndAccelerations) {
+  const CellFile file = cell_of("arms:\n  - {name: left, robot: ur10e_rail, chain: [carriage, tool0]}\n");
+  const planner::Arm& arm = file.cell.arms.front().arm;
+  ASSERT_EQ(arm.model->joints(), 6);
+  EXPECT_EQ(arm.limits.acceleration[0], 7.0) << "of the first joint of the arm, the rail has 2 m/s²";
+  EXPECT_EQ(arm.limits.acceleration[2], 10.0);
+  ASSERT_TRUE(arm.model->named.contains("ready"));
+  EXPECT_EQ(arm.named.at("ready")[1], -2.1);
+}
+
+TEST(RobotCatalogue, ShorterChainOfARobotWithTwoArmsKeepsItsAccelerations) {
+  const CellFile file = cell_of("arms:\n  - {name: right, robot: yumi, tool_link: right_link_5}\n");
+  const planner::Arm& arm = file.cell.arms.front().arm;
+  EXPECT_EQ(arm.limits.acceleration[0], 15.0);
+  ASSERT_TRUE(arm.model->named.contains("home"));
+  EXPECT_EQ(arm.named.at("home")[2], -2.3562) << "of the right arm";
+}
+
 TEST(RobotCatalogue, ToolLinkChoosesTheArmOfARobotWithTwo) {
   const CellFile file = cell_of("arms:\n  - {name: right, robot: yumi, tool_link: right_tool0}\n");
   const planner::RobotModel& model = *file.cell.arms.front().arm.model;
