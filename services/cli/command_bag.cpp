@@ -197,7 +197,8 @@ ExitCode export_ros2(const Settings& settings, const BagOptions& options) {
     json.push_back({{"topic", topic.name}, {"type", topic.type}, {"messages", topic.messages}});
     table.add({topic.name, topic.type, std::to_string(topic.messages)});
   }
-  print(settings, {{"folder", *options.folder}, {"topics", json}}, table.text(Palette::for_stream(stdout)));
+  print(settings, {{"folder", *options.folder}, {"topics", json}, {"findings", notes_json(recording->index.notes)}},
+        table.text(Palette::for_stream(stdout)));
   return ExitCode::kDone;
 }
 
@@ -209,15 +210,19 @@ ExitCode export_bag(const Settings& settings, const BagOptions& options) {
     const recorder::ExportReport report = recorder::export_csv(options.files, *options.folder);
     Json files = Json::array();
     Table table({{"file"}, {"rows", Align::kRight}});
+    std::vector<std::string> notes;
     for (const auto& [name, topic] : report.topics) {
       files.push_back({{"file", topic.file}, {"topic", name}, {"rows", topic.rows}, {"skipped", topic.skipped}});
       table.add({topic.file, std::to_string(topic.rows)});
       if (topic.skipped == 0) continue;
-      std::fprintf(stderr, "hecaton: %s messages of %s have no row: %s\n", std::to_string(topic.skipped).c_str(),
-                   name.c_str(), topic.reason.c_str());
+      notes.push_back(std::to_string(topic.skipped) + " messages of " + name + " have no row: " + topic.reason);
     }
-    for (const std::string& note : report.notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
-    print(settings, {{"files", files}, {"notes", report.notes}}, table.text(Palette::for_stream(stdout)));
+    notes.insert(notes.end(), report.notes.begin(), report.notes.end());
+    for (const std::string& note : notes) std::fprintf(stderr, "hecaton: %s\n", note.c_str());
+    for (std::size_t i = 0; i < options.files.size(); ++i) {
+      for (const std::string& damage : damages_of(report.files[i])) notes.push_back(options.files[i] + ": " + damage);
+    }
+    print(settings, {{"files", files}, {"findings", notes_json(notes)}}, table.text(Palette::for_stream(stdout)));
     for (std::size_t i = 0; i < options.files.size(); ++i) judge(options.files[i], report.files[i]);
     return ExitCode::kDone;
   } catch (const recorder::RecordingError& error) {

@@ -95,7 +95,13 @@ ExitCode run_explain(const Settings& settings, const ReplayOptions& options) {
   std::string table;
   for (const std::string& sentence : sentences) table += sentence + "\n";
   const auto unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
-  print(settings, {{"arm", options.arm}, {"at_s", options.at}, {"unix_ms", unix_ms}, {"sentences", sentences}}, table);
+  print(settings,
+        {{"arm", options.arm},
+         {"at_s", options.at},
+         {"unix_ms", unix_ms},
+         {"sentences", sentences},
+         {"findings", notes_json(recording->index.notes)}},
+        table);
   return ExitCode::kDone;
 }
 
@@ -193,9 +199,11 @@ ExitCode run_verify(const Settings& settings, const ReplayOptions& options) {
     differs = differs || arm.differs();
   }
   if (recorded == 0) {
-    lines += "no tick of a planner is recorded: no arm was commanded, or a version without ticks recorded the cell\n";
+    verified.notes.emplace_back(
+        "no tick of a planner is recorded: no arm was commanded, or a version without ticks recorded the cell");
+    lines += verified.notes.back() + "\n";
   }
-  print(settings, {{"arms", std::move(arms)}, {"notes", verified.notes}},
+  print(settings, {{"arms", std::move(arms)}, {"findings", notes_json(verified.notes)}},
         table.text(Palette::for_stream(stdout)) + lines);
   return differs || recomputed == 0 ? ExitCode::kNegative : ExitCode::kDone;
 }

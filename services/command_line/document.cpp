@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <vector>
 
 #include "services/config/text.hpp"
 #include "services/config/validate.hpp"
@@ -77,6 +78,12 @@ Json findings_json(std::span<const config::Finding> findings) {
     list.push_back({{"severity", config::name_of(finding.severity)}, {"sentence", finding.sentence}});
   }
   return list;
+}
+
+Json notes_json(std::span<const std::string> notes) {
+  std::vector<config::Finding> findings;
+  for (const std::string& note : notes) findings.push_back({config::Severity::kNote, note});
+  return findings_json(findings);
 }
 
 void print(const Settings& settings, const Json& value, const std::string& table) {

@@ -26,6 +26,9 @@ using Json = nlohmann::ordered_json;
 /// The member `findings` of every document: [{severity: error | warning | note, sentence}].
 [[nodiscard]] Json findings_json(std::span<const config::Finding> findings);
 
+/// The same of sentences that a command prints as notes.
+[[nodiscard]] Json notes_json(std::span<const std::string> notes);
+
 /// Prints on stdout in the format of `settings`: `table` for people, or `value`. The output is valid UTF-8: bytes that
 /// are not are replaced in values and escaped in tables.
 void print(const Settings& settings, const Json& value, const std::string& table);

@@ -184,8 +184,11 @@ class DamagedRecording : public testing::Test {
 
   void check_export(const std::string& path, bool is_recording, bool whole) {
     const std::string folder = folder_.path("damaged");
-    const Ran ran = run_line({"bag", "export", path, "--csv", "-o", folder});
+    const Ran ran = run_line({"bag", "export", path, "--csv", "-o", folder, "--output", "json"});
     EXPECT_EQ(ran.code, !is_recording ? ExitCode::kBadInput : whole ? ExitCode::kDone : ExitCode::kNegative) << ran.err;
+    if (is_recording && !whole && !ran.out.empty()) {
+      EXPECT_FALSE(Json::parse(ran.out).at("findings").empty()) << "the damage is not told";
+    }
     if (!std::filesystem::exists(folder)) return;
     for (const auto& [file, rows] : tables_of(folder)) {
       EXPECT_TRUE(is_part(rows, tables_[file])) << file << " has a row that the whole recording does not have";

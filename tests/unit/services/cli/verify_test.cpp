@@ -40,6 +40,7 @@ Json simulate_to(const std::string& path, const std::string& cell, const std::ve
 struct Verified {
   ExitCode code{};
   Json arms;
+  Json findings;
   std::string err;
 
   [[nodiscard]] std::uint64_t sum(const char* key) const {
@@ -53,7 +54,9 @@ Verified verify(const std::string& path, const std::vector<std::string>& more = 
   std::vector<std::string> words{"replay", path, "--verify", "-o", "json"};
   words.insert(words.end(), more.begin(), more.end());
   const Ran ran = run_line(words);
-  return {ran.code, ran.out.empty() ? Json::array() : Json::parse(ran.out).at("arms"), ran.err};
+  if (ran.out.empty()) return {ran.code, Json::array(), Json::array(), ran.err};
+  const Json json = Json::parse(ran.out);
+  return {ran.code, json.at("arms"), json.at("findings"), ran.err};
 }
 
 /// Every tick is equal, and none is left out. Returns how many memories of planners were compared.
@@ -240,6 +243,9 @@ TEST_F(DenseRecording, TellsAnotherProgramAndABrokenMemory) {
   }));
   EXPECT_EQ(other.code, ExitCode::kDone);
   EXPECT_NE(other.err.find("recorded by program " + same_layout), std::string::npos) << other.err;
+  ASSERT_EQ(other.findings.size(), 1U) << other.findings;
+  EXPECT_EQ(other.findings[0].at("severity"), "note");
+  EXPECT_NE(other.err.find(other.findings[0].at("sentence").get<std::string>()), std::string::npos) << other.err;
   // From before programs named their layout. A planner that has just been built would have no memory to load.
   const Verified old = verify(changed([](msg::PlannerTick& tick) {
     if (tick.snapshot()) {
