@@ -81,7 +81,8 @@ struct RobotModel {
   bool has_followers = false;               ///< some links follow: Link::follows
   std::map<std::string, JointType> beside;  ///< actuated joints that carry no link of the chain: followers move it
   std::shared_ptr<const OutsideJoints> outside = {};  ///< joints with a range (outside_joints.hpp); null: none
-  std::shared_ptr<const MassModel> masses = {};       ///< as the URDF gives them (dynamics.hpp); null: no URDF
+  std::map<std::string, double> held;  ///< positions of the joints outside the chain that do not move [rad | m]
+  std::shared_ptr<const MassModel> masses = {};  ///< as the URDF gives them (dynamics.hpp); null: no URDF
   JointLimits limits;  ///< from the URDF, such that followers keep theirs; acceleration from UrdfOptions
   int tool_link = 0;   ///< its frame, times X_LT, is the tool frame T
   Pose X_LT = Pose::Identity();

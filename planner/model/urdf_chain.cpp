@@ -237,9 +237,9 @@ void check_held(const std::vector<TreeLink>& tree, const Chain& chain, int tool,
   }
 }
 
-/// Fixes all joints but those of the links `way`. The note leaves out `followers`, whose links move.
-void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& way, const std::vector<Follower>& followers,
-                 const ChainRequest& request, std::vector<std::string>& notes) {
+/// Fixes all joints but those of the links `way`. Chain::held and the note leave out followers, whose links move.
+void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& way, const ChainRequest& request, Chain& chain,
+                 std::vector<std::string>& notes) {
   std::vector<double> held(tree.size(), 0.0);
   std::vector<int> others;
   for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
@@ -251,8 +251,9 @@ void hold_others(std::vector<TreeLink>& tree, const std::vector<int>& way, const
   for (const int i : others) {
     Link& link = tree[i].link;
     const bool follows =
-        std::any_of(followers.begin(), followers.end(), [i](const Follower& follower) { return follower.link == i; });
+        std::any_of(chain.followers.begin(), chain.followers.end(), [i](const auto& one) { return one.link == i; });
     if (!follows) {
+      if (!tree[i].mimic) chain.held[link.joint_name] = held[i];
       positions += (positions.empty() ? "" : ", ") + in_quotes(link.joint_name) + " at " + short_text(held[i]);
     }
     if (link.joint_type == JointType::kPrismatic) {
@@ -413,7 +414,7 @@ Chain number_chain(std::vector<TreeLink>& tree, int tool, const ChainRequest& re
     link.multiplier = followed.multiplier;
     link.offset = followed.offset;
   }
-  hold_others(tree, way, chain.followers, request, notes);
+  hold_others(tree, way, request, chain, notes);
   note_followers(tree, way, chain, notes);
   for (TreeLink& entry : tree) entry.link.motion = joint_motion(entry.link);
   return chain;

@@ -66,6 +66,7 @@ struct Chain {
   std::vector<Follower> followers;
   std::vector<MotionRange> ranges;       ///< see Follower::joint
   std::vector<std::string> range_names;  ///< joints that have them
+  std::map<std::string, double> held;    ///< positions of the other joints that follow none [rad | m]
 };
 
 /// Numbers the joints that move the links from the base link to `tool`, and sets Link::joint of these links. A link

@@ -166,6 +166,7 @@ class ModelBuilder {
     refuse_faulty_joints(tree, document.faulty_joints);
     leave_out_other_arms(tree, urdf_links, request);
     const Chain chain = number_chain(tree, model_->tool_link, request, model_->notes);
+    model_->held = chain.held;
     const std::string& option = options_.names.allow_bare_links;
     check_bare_links(tree, options_.allow_bare_links, option.empty() ? "" : ", or set " + option, path_, model_->notes);
     set_limits(tree, chain);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -349,8 +350,13 @@ std::map<std::string, planner::Pose> poses_of_fixed_links(const planner::RobotMo
   return poses;
 }
 
-/// The joint that holds a link where another arm of the robot does not have it; empty: none.
+/// The joint that holds a link where another arm of the robot does not have it; empty: none. A link
+/// that is merged with another has lost its joint: positions of joints come first.
 std::string joint_held_elsewhere(const planner::RobotModel& model, const planner::RobotModel& other) {
+  for (const auto& [joint, position] : model.held) {
+    const auto there = other.held.find(joint);
+    if (there != other.held.end() && std::abs(there->second - position) > 1e-9) return joint;
+  }
   const auto poses = poses_of_fixed_links(model);
   const auto others = poses_of_fixed_links(other);
   for (const planner::Link& link : model.links) {

@@ -598,6 +598,34 @@ TEST(ArmsOfOneRobotTest, GiveAJointOfTheirBaseOneRange) {
   }
 }
 
+// More than kMaxLinks links: the bare frame of the lift is merged with the chest, and the mast hangs on that.
+TEST(ArmsOfOneRobotTest, NameAJointWhoseLinkIsMerged) {
+  std::string urdf = humanoid();
+  urdf.replace(urdf.find("</robot>"), std::string::npos,
+               "<link name=\"lift\"/><joint name=\"lift_joint\" type=\"prismatic\"><parent link=\"waist3\"/><child "
+               "link=\"lift\"/><origin xyz=\"-0.3 0 0\"/><axis xyz=\"0 0 1\"/>"
+               "<limit lower=\"0\" upper=\"0.5\" velocity=\"1\" effort=\"1\"/></joint>" +
+                   humanoid_part("lift", "mast", "fixed", "0 0 0.2") + "</robot>");
+  const test::TemporaryFolder folder;
+  folder.write("humanoid.urdf", urdf);
+  const auto cell = [&](const std::string& left, const std::string& right) {
+    const std::string text =
+        "name: humanoid\ndefaults: {urdf: humanoid.urdf}\narms:\n  - {name: left, chain: [waist3, left_arm7], joints: "
+        "{lift_joint: " +
+        left + "}}\n  - {name: right, chain: [waist3, right_arm7], joints: {lift_joint: " + right + "}}\n";
+    return parse_cell_file(text, folder.path("cell.yaml"));
+  };
+  EXPECT_NO_THROW(static_cast<void>(cell("0.1", "0.1")));
+  try {
+    static_cast<void>(cell("0.1", "0.2"));
+    FAIL() << "was accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("arms[1]: arm right has joint lift_joint at another position"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(ArmsOfOneRobotTest, AreOneRobotHoweverThePathIsWritten) {
   const CellFile file = parse_cell_file(
       two_arms("chain: [torso, left_tool]", "urdf: ../robots/../robots/./two_arms.urdf, chain: [torso, right_tool]"),
