@@ -123,19 +123,41 @@ bool has_word(const std::string& name, std::initializer_list<const char*> words)
                      [&](const char* word) { return lower.find(word) != std::string::npos; });
 }
 
+/// The link fixed to `body` on which all fingers hang, directly or by fixed links; `body` itself without fingers.
+int hand_of_body(const std::vector<TreeLink>& tree, int body) {
+  int hand = -1;
+  for (const int child : moving_children(tree, body)) {
+    int carrier = tree[child].link.parent;
+    if (hand < 0) hand = carrier;
+    while (hand != carrier) {  // parents come before children
+      int& deeper = hand > carrier ? hand : carrier;
+      deeper = tree[deeper].link.parent;
+    }
+  }
+  return hand < 0 ? body : hand;
+}
+
 /// Of the links fixed to `body`, the one named tool0, as ROS-Industrial does. Without tool0 it is one named as the
 /// centre of a grasp, otherwise the link with the most fixed joints between; of equals, the first in the tree's order.
-/// Frames of cameras are no tools.
+/// Frames of cameras are no tools. Where the body carries fingers, links of the flange that carries the hand come last,
+/// tool0 included, and so do those that carry single fingers.
 int tip_of_body(const std::vector<TreeLink>& tree, int body) {
+  const int hand = hand_of_body(tree, body);
+  const std::vector<int> fingers = moving_children(tree, body);
+  const auto is_of_hand = [&](int i) {
+    const auto hangs_on_it = [&](int finger) { return is_below(tree, finger, i); };
+    return i == hand || (is_below(tree, i, hand) && std::none_of(fingers.begin(), fingers.end(), hangs_on_it));
+  };
   const auto value_of = [&](int i) {
     const std::string& name = tree[i].link.name;
     const bool is_camera = has_word(name, {"camera", "optical", "realsense"});
-    return std::pair{is_camera ? -1 : (has_word(name, {"tcp", "grasp"}) ? 1 : 0), depth(tree, i)};
+    const int named = has_word(name, {"tcp", "grasp"}) ? 2 : 0;
+    return std::pair{is_camera ? -1 : named + (is_of_hand(i) ? 1 : 0), depth(tree, i)};
   };
   int tip = body;
   for (int i = body; i < static_cast<int>(tree.size()); ++i) {
     if (moved_link(tree, i) != body) continue;
-    if (tree[i].link.name == "tool0") return i;
+    if (tree[i].link.name == "tool0" && is_of_hand(i)) return i;
     if (value_of(i) > value_of(tip)) tip = i;
   }
   return tip;

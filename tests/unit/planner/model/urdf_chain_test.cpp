@@ -99,6 +99,23 @@ TEST(UrdfChain, ProposesTheHandInsteadOfAThumb) {
   EXPECT_EQ(tool_of(kHand + longer + on_mount), "palm");
 }
 
+// The flange has frames of its own, some with more fixed joints before them than the hand.
+TEST(UrdfChain, ProposesTheHandInsteadOfTheFlange) {
+  const auto fingers = [](const std::string& palm) {
+    std::string text = finger("left", kOpening) + finger("right", kOpening);
+    for (std::size_t at = 0; (at = text.find("\"hand\"", at)) != std::string::npos;) text.replace(at, 6, palm);
+    return text;
+  };
+  const std::string flange = R"(<link name="flange"/><link name="tool0"/><link name="tool0_marker"/>)" +
+                             joint("f", "fixed", "hand", "flange") + joint("t", "fixed", "flange", "tool0") +
+                             joint("m", "fixed", "tool0", "tool0_marker");
+  const std::string on_tool0 = ball_link("gripper") + joint("g", "fixed", "tool0", "gripper");
+  EXPECT_EQ(tool_of(kHand + flange + on_tool0 + fingers("\"gripper\"")), "gripper");
+  const std::string beside = ball_link("palm") + joint("p", "fixed", "hand", "palm");
+  EXPECT_EQ(tool_of(kHand + flange + beside + fingers("\"palm\"")), "palm");
+  EXPECT_EQ(tool_of(kHand + flange + fingers("\"tool0\"")), "tool0") << "the fingers hang on it";
+}
+
 TEST(UrdfChain, ProposesNoCameraOfTheHand) {
   const auto frames = [](const std::string& grasp) {
     return R"(<link name="camera_bottom"/><link name="camera_link"/><link name="camera_color_optical_frame"/>)"
