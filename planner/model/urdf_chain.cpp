@@ -221,6 +221,19 @@ int index_in(const Chain& chain, int i) {
   return found == chain.joints.end() ? -1 : static_cast<int>(found - chain.joints.begin());
 }
 
+/// Which joints a position can be given for.
+std::string settable_joints(const std::vector<TreeLink>& tree, const Chain& chain) {
+  constexpr std::size_t kMostNames = 40;
+  std::string names;
+  std::size_t count = 0;
+  for (int i = 1; i < static_cast<int>(tree.size()); ++i) {
+    if (!moves(tree[i]) || tree[i].mimic || index_in(chain, i) >= 0) continue;
+    if (++count <= kMostNames) names += (names.empty() ? "" : ", ") + in_quotes(tree[i].link.joint_name);
+  }
+  if (count == 0) return "; no joint outside the chain moves: give none";
+  return "; it must be one of those outside the chain: " + names + (count > kMostNames ? ", …" : "");
+}
+
 /// Refuses positions of joints that do not exist, move the tool, follow another joint, or cannot be there. `where` ends
 /// before the value. Returns the link that the joint carries.
 int check_position(const std::vector<TreeLink>& tree, const Chain& chain, const std::string& where,
@@ -230,12 +243,14 @@ int check_position(const std::vector<TreeLink>& tree, const Chain& chain, const 
       where + ": joint " + in_quotes(name) + " = " +
       (moves_on ? "[" + short_text(wish.lower) + ", " + short_text(wish.upper) + "]" : short_text(wish.lower));
   const int i = index_of_joint(tree, name);
-  if (i < 0) throw ModelError(sentence + ": the robot has no such joint");
+  if (i < 0) throw ModelError(sentence + ": the robot has no such joint" + settable_joints(tree, chain));
   if (index_in(chain, i) >= 0) {
-    throw ModelError(sentence + ": it moves the tool; only joints outside the chain are held");
+    throw ModelError(sentence +
+                     ": it moves the tool; remove it here, because goals and poses set it, or choose a base " +
+                     "link behind it");
   }
   const TreeLink& entry = tree[i];
-  if (!moves(entry)) throw ModelError(sentence + ": it does not move");
+  if (!moves(entry)) throw ModelError(sentence + ": it does not move; remove it, or correct its type or limits");
   if (entry.mimic) throw ModelError(sentence + ": it follows joint " + in_quotes(entry.mimic->joint) + "; give that");
   const bool endless = entry.link.joint_type == JointType::kContinuous;
   if (!endless && !(wish.lower >= entry.lower && wish.upper <= entry.upper)) {
@@ -255,7 +270,8 @@ void check_held(const std::vector<TreeLink>& tree, const Chain& chain, int tool,
     const int i = check_position(tree, chain, where, name, range);
     if (!is_below(tree, tool, i)) continue;
     throw ModelError(where + ": joint " + in_quotes(name) +
-                     " carries the arm and must have one position; the planner does not move it");
+                     " carries the arm and must have one position, because the planner does not move it: give one "
+                     "number");
   }
 }
 

@@ -150,8 +150,12 @@ TEST(UrdfChain, HoldsOtherJointsWhereTheOptionsSay) {
     options.held_joints = {{name, position}};
     return test::error_of(robot(parts), options);
   };
-  EXPECT_NE(refusal("thumb", 0).find("joint 'thumb' = 0: the robot has no such joint"), std::string::npos);
-  EXPECT_NE(refusal("wrist", 0).find("joint 'wrist' = 0: it moves the tool"), std::string::npos);
+  EXPECT_NE(refusal("thumb", 0)
+                .find("joint 'thumb' = 0: the robot has no such joint; it must be one of those outside "
+                      "the chain: 'left_joint'"),
+            std::string::npos)
+      << refusal("thumb", 0);
+  EXPECT_NE(refusal("wrist", 0).find("joint 'wrist' = 0: it moves the tool; remove it here"), std::string::npos);
   EXPECT_NE(refusal("right_joint", 0).find("it follows joint 'left_joint'; give that"), std::string::npos);
   EXPECT_NE(refusal("left_joint", 1).find("= 1 must be within its limits, 0.02 to 0.08"), std::string::npos);
 }
