@@ -227,7 +227,7 @@ class ModelBuilder {
   }
 
   /// Removes what joints of the robot's other arms carry: from the first moving joint of each that does not move this
-  /// arm's tool. The request loses positions of joints there.
+  /// arm's tool. The request loses positions of joints there, which a note tells.
   void leave_out_other_arms(std::vector<TreeLink>& tree, std::vector<urdf::LinkConstSharedPtr>& urdf_links,
                             ChainRequest& request) {
     std::vector<bool> on_way(tree.size(), false);
@@ -243,19 +243,27 @@ class ModelBuilder {
     std::vector<int> place(tree.size(), -1);
     std::vector<TreeLink> kept;
     std::vector<urdf::LinkConstSharedPtr> kept_links;
+    std::string without_effect;  // joints
     for (int i = 0; i < static_cast<int>(tree.size()); ++i) {
       const int parent = tree[i].link.parent;
       if (parent >= 0 && removed[parent]) removed[i] = true;
       if (removed[i]) {
         left_out_.insert(tree[i].link.name);
-        request.held.erase(tree[i].link.joint_name);
-        request.ranges.erase(tree[i].link.joint_name);
+        const std::string& joint = tree[i].link.joint_name;
+        if (request.held.erase(joint) + request.ranges.erase(joint) > 0)
+          without_effect += (without_effect.empty() ? "" : ", ") + in_quotes(joint);
         continue;
       }
       place[i] = static_cast<int>(kept.size());
       kept.push_back(tree[i]);
       if (parent >= 0) kept.back().link.parent = place[parent];
       kept_links.push_back(urdf_links[i]);
+    }
+    if (!without_effect.empty() && !options_.joints_of_all_arms) {
+      const std::string& option = options_.names.held_joints;
+      model_->notes.push_back((option.empty() ? "" : option + ": ") + "positions of " + without_effect +
+                              " have no effect here, because these joints belong to another arm of the robot; give "
+                              "them at that arm");
     }
     model_->tool_link = place[model_->tool_link];
     tree = std::move(kept);

@@ -37,8 +37,9 @@ struct UrdfOptions {
   std::vector<std::string> other_arms;        ///< tool links of the robot's other arms; their links are left out
   std::map<std::string, double> held_joints;  ///< positions of joints outside the chain [rad | m]; others are at 0
   std::map<std::string, MotionRange> moving_joints;  ///< outside the chain; others stay where they are held
-  std::string srdf_path;                             ///< empty: no SRDF
-  std::map<std::string, std::string> packages;       ///< package:// name → folder, searched first: resolve_resource()
+  bool joints_of_all_arms = false;  ///< both have joints of the robot's other arms on purpose: no note says so
+  std::string srdf_path;            ///< empty: no SRDF
+  std::map<std::string, std::string> packages;  ///< package:// name → folder, searched first: resolve_resource()
   std::map<std::string, std::string> xacro_arguments;
   MeshGeometry meshes = MeshGeometry::kConvexHull;
   /// For all joints, because URDF has none [rad/s² | m/s²]; empty: assumed_acceleration().

@@ -77,6 +77,7 @@ planner::UrdfOptions read_options(const ArmView& arm) {
   if (const auto meshes = arm.find("meshes")) {
     options.meshes = static_cast<planner::MeshGeometry>(meshes->choice(kMeshNames));
   }
+  options.joints_of_all_arms = !arm.own.find("joints");  // those of the defaults
   if (const auto joints = arm.find("joints")) {
     for (const auto& [name, position] : joints->named_items(kMostHeldJoints)) {
       const Bounds bounds{-1e6, 1e6, "rad or m"};
@@ -103,8 +104,9 @@ planner::UrdfOptions read_options(const ArmView& arm) {
 bool same(const planner::UrdfOptions& a, const planner::UrdfOptions& b) {
   return a.base_link == b.base_link && a.tool_link == b.tool_link && a.X_LT.matrix() == b.X_LT.matrix() &&
          a.other_arms == b.other_arms && a.held_joints == b.held_joints && a.moving_joints == b.moving_joints &&
-         a.srdf_path == b.srdf_path && a.packages == b.packages && a.xacro_arguments == b.xacro_arguments &&
-         a.meshes == b.meshes && a.default_velocity == b.default_velocity && a.allow_bare_links == b.allow_bare_links;
+         a.joints_of_all_arms == b.joints_of_all_arms && a.srdf_path == b.srdf_path && a.packages == b.packages &&
+         a.xacro_arguments == b.xacro_arguments && a.meshes == b.meshes && a.default_velocity == b.default_velocity &&
+         a.allow_bare_links == b.allow_bare_links;
 }
 
 /// The description of an arm's robot: the value of `urdf`, or of `robot`.

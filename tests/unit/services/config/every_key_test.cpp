@@ -626,6 +626,25 @@ TEST(ArmsOfOneRobotTest, NameAJointWhoseLinkIsMerged) {
   }
 }
 
+TEST(ArmsOfOneRobotTest, NotePositionsOfJointsThatAnotherArmHas) {
+  const test::TemporaryFolder folder;
+  folder.write("humanoid.urdf", humanoid());
+  const auto noted = [&](const std::string& defaults, const std::string& left) {
+    const std::string text = "name: humanoid\ndefaults: {urdf: humanoid.urdf" + defaults +
+                             "}\narms:\n  - {name: left, chain: [waist3, left_arm7]" + left +
+                             "}\n  - {name: right, chain: [waist3, right_arm7]}\n";
+    const CellFile file = parse_cell_file(text, folder.path("cell.yaml"));
+    const std::vector<std::string>& notes = file.cell.arms[0].arm.model->notes;
+    return std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+      return note.starts_with("arms[0].joints: positions of 'right_finger1_1_joint' have no effect here");
+    });
+  };
+  const std::string finger = ", joints: {right_finger1_1_joint: 0.1}";
+  EXPECT_TRUE(noted("", finger));
+  EXPECT_FALSE(noted("", ", joints: {left_finger1_1_joint: 0.1}"));
+  EXPECT_FALSE(noted(finger, "")) << "the defaults hold for both arms";
+}
+
 TEST(ArmsOfOneRobotTest, AreOneRobotHoweverThePathIsWritten) {
   const CellFile file = parse_cell_file(
       two_arms("chain: [torso, left_tool]", "urdf: ../robots/../robots/./two_arms.urdf, chain: [torso, right_tool]"),
