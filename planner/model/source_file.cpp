@@ -284,19 +284,20 @@ std::optional<fs::path> find_resource(ResourceFinder& finder, const std::string&
 [[noreturn]] void refuse_package(const std::string& uri, const PackageFile& file,
                                  const std::map<std::string, std::string>& packages, ResourceFinder& finder,
                                  const std::string& where, const std::string& remedy) {
+  std::string how = remedy;
+  if (const std::size_t name = how.find('@'); name != std::string::npos) how.replace(name, 1, file.package);
+  if (!how.empty()) how = " (" + how + ")";
   const auto entry = packages.find(file.package);
   if (entry != packages.end()) {
     throw ModelError(where + ": '" + uri + "': package '" + file.package + "' is mapped to '" + entry->second +
-                     "', where there is no file '" + file.inside + "'");
+                     "', where there is no file '" + file.inside + "'; map it to the folder that has this file" + how);
   }
   if (const auto folder = finder.folder_of_package(file.package)) {
     throw ModelError(where + ": '" + uri + "': package '" + file.package + "' is in '" + folder->string() +
-                     "', where there is no file '" + file.inside + "'");
+                     "', where there is no file '" + file.inside +
+                     "'; add it, or map the package to the folder that has this file" + how);
   }
-  std::string how = remedy;
-  if (const std::size_t name = how.find('@'); name != std::string::npos) how.replace(name, 1, file.package);
-  throw ModelError(where + ": '" + uri + "' is not found: map package '" + file.package + "' to its folder" +
-                   (how.empty() ? "" : " (" + how + ")") +
+  throw ModelError(where + ": '" + uri + "' is not found: map package '" + file.package + "' to its folder" + how +
                    ", or keep the URDF below a folder of that name, or set AMENT_PREFIX_PATH or ROS_PACKAGE_PATH");
 }
 
@@ -329,7 +330,8 @@ std::string resolve_resource(const std::string& uri, const std::string& urdf_pat
     if (const auto found = find_resource(finder, spelling)) return found->string();
   }
   if (file) refuse_package(uri, *package_file(percent_decoded(uri)), packages, finder, where, remedy);
-  throw ModelError(where + ": mesh file '" + (fs::path(urdf_path).parent_path() / path).string() + "' does not exist");
+  throw ModelError(where + ": mesh file '" + (fs::path(urdf_path).parent_path() / path).string() +
+                   "' does not exist; copy it there, or correct the path in the URDF");
 }
 
 }  // namespace hecaton::planner

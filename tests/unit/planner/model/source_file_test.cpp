@@ -101,6 +101,9 @@ TEST_F(ResourcePath, PrefersThePackageMap) {
   packages_["arm_description"] = folder_.path("opt/ros/share/tools");
   EXPECT_TRUE(same(resolve("package://arm_description/meshes/t.stl"), elsewhere_));
   EXPECT_NE(error("package://arm_description/meshes/a.stl").find("is mapped to"), std::string::npos);
+  EXPECT_TRUE(
+      error("package://arm_description/meshes/a.stl")
+          .ends_with("'meshes/a.stl'; map it to the folder that has this file (--package arm_description=DIR)"));
 }
 
 TEST_F(ResourcePath, UsesRosPackagePathLast) {
@@ -120,9 +123,10 @@ TEST_F(ResourcePath, UsesPrefixesOfAmentBeforeRosPackagePath) {
 
 TEST_F(ResourcePath, NamesTheFolderOfAPackageWithoutTheFile) {
   setenv("AMENT_PREFIX_PATH", ("/nowhere:" + folder_.path("opt/ros")).c_str(), 1);
-  EXPECT_EQ(error("package://tools/meshes/T.stl"), "link 'a': 'package://tools/meshes/T.stl': package 'tools' is in '" +
-                                                       folder_.path("opt/ros/share/tools") +
-                                                       "', where there is no file 'meshes/T.stl'");
+  EXPECT_EQ(error("package://tools/meshes/T.stl"),
+            "link 'a': 'package://tools/meshes/T.stl': package 'tools' is in '" + folder_.path("opt/ros/share/tools") +
+                "', where there is no file 'meshes/T.stl'; add it, or map the package to the folder that has this file "
+                "(--package tools=DIR)");
   EXPECT_NE(error("package://arm_description/b.stl").find("package 'arm_description' is in '"), std::string::npos);
 }
 
