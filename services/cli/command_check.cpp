@@ -383,6 +383,10 @@ ExitCode check_urdf(const Settings& settings, const CheckOptions& options) {
     model.notes.push_back("a URDF has no accelerations: every joint is assumed to reach its velocity limit in " +
                           number_text(planner::kAssumedRunUp) + " s");
   }
+  if (!config::means_robot(options.file) && config::is_robot_name(options.file)) {
+    model.notes.push_back("the file '" + options.file + "' is read, not the robot of this name in `hecaton robots`; " +
+                          "rename the file to use the robot");
+  }
   print(settings, model_json(model, model.limits),
         model_text(model, model.limits, options.details, Palette::for_stream(stdout)) + first_steps(options));
   return ExitCode::kDone;

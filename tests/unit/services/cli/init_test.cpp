@@ -460,6 +460,21 @@ TEST(Robots, AreMeantAlthoughAFolderHasTheName) {
   EXPECT_EQ(draft.code, ExitCode::kDone) << draft.err;
 }
 
+TEST(Robots, AreNotMeantWhenAFileHasTheName) {
+  const test::TemporaryFolder folder;
+  std::filesystem::copy_file(std::string(HECATON_SOURCE_DIR) + "/deploy/cells/urdf/puma560.urdf", folder.path("ur5e"));
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const Ran check = run_line({"check", "ur5e", "-o", "json"});
+  std::filesystem::current_path(before);
+  ASSERT_EQ(check.code, ExitCode::kDone) << check.err;
+  const Json robot = Json::parse(check.out);
+  EXPECT_EQ(robot["name"], "puma560");
+  EXPECT_TRUE(std::any_of(robot["findings"].begin(), robot["findings"].end(), [](const Json& finding) {
+    return finding["sentence"].get<std::string>().starts_with("the file 'ur5e' is read, not the robot of this name");
+  })) << robot["findings"];
+}
+
 TEST(Robots, StandInForAUrdfInCommands) {
   const Ran check = run_line({"check", "ur5e"});
   EXPECT_EQ(check.code, ExitCode::kDone) << check.err;
