@@ -235,6 +235,10 @@ std::vector<planner::RangeSensor> read_sensors(const ArmView& view, const planne
   return sensors;
 }
 
+bool is_within(const planner::JointLimits& limits, const planner::JointVector& q) {
+  return (q.array() >= limits.lower.array()).all() && (q.array() <= limits.upper.array()).all();
+}
+
 void read_poses(const ArmView& view, planner::Arm& arm) {
   const auto add = [&](const MapView& map) {
     const auto poses = map.find("poses");
@@ -246,11 +250,9 @@ void read_poses(const ArmView& view, planner::Arm& arm) {
   };
   add(view.own);
   if (view.defaults) add(*view.defaults);
-  // Poses of the SRDF come last, and only those within the cell file's narrower limits.
+  // Poses of the robot come last, and only those within the cell file's narrower limits.
   for (const auto& [name, q] : arm.model->named) {
-    if ((q.array() >= arm.limits.lower.array()).all() && (q.array() <= arm.limits.upper.array()).all()) {
-      arm.named.try_emplace(name, q);
-    }
+    if (is_within(arm.limits, q)) arm.named.try_emplace(name, q);
   }
 }
 
@@ -456,14 +458,30 @@ DeviceOptions read_device(const ArmView& view) {
   return device;
 }
 
-void note_open_values(const ArmView& view, int index, const planner::RobotModel& model, OpenValues& open) {
+/// True if the cell file has the pose, which wins over the robot's.
+bool gives_pose(const ArmView& view, const std::string& name) {
+  const auto has = [&](const MapView& map) {
+    const auto poses = map.find("poses");
+    return poses && poses->entry(name);
+  };
+  return has(view.own) || (view.defaults && has(*view.defaults));
+}
+
+/// Poses of an SRDF or the catalogue that are beyond the limits of the cell file.
+void note_poses_outside(const ArmView& view, const planner::Arm& arm, std::vector<std::string>& notes) {
+  for (const auto& [name, q] : arm.model->named) {
+    if (gives_pose(view, name) || is_within(arm.limits, q)) continue;
+    notes.push_back(view.own.view().path() + ".limits: pose " + printable(name) +
+                    " of the robot is outside of them and left out; widen them, or give poses." + printable(name));
+  }
+}
+
+void note_open_values(const ArmView& view, int index, const planner::Arm& arm, OpenValues& open) {
   if (!view.find("limits", section::kArmLimits, "acceleration") && !robot_source(view).by_name)
     open.acceleration.push_back(index);
-  const auto has_home = [](const MapView& map) {
-    const auto poses = map.find("poses");
-    return poses && poses->entry("home");
-  };
-  const bool given = has_home(view.own) || (view.defaults && has_home(*view.defaults)) || model.named.contains("home");
+  const auto of_robot = arm.model->named.find("home");
+  const bool given =
+      gives_pose(view, "home") || (of_robot != arm.model->named.end() && is_within(arm.limits, of_robot->second));
   if (!given) open.home.push_back(index);
 }
 
@@ -495,7 +513,8 @@ OpenValues read_arms(const MapView& root, const planner::MethodRegistry& methods
     file.cell.arms.push_back(read_arm(arm, file.cell.timing, sections, robots.tools_of_others(i), models));
     file.cell.arms.back().arm.shapes = shapes;
     file.cell.arms.back().arm.robot = robots.robot_of(i);
-    note_open_values(arm, i, *file.cell.arms.back().arm.model, open);
+    note_open_values(arm, i, file.cell.arms.back().arm, open);
+    note_poses_outside(arm, file.cell.arms.back().arm, file.notes);
     const std::string host = read_host(arm.own, "host", file.hosts);
     file.devices.push_back(read_device(arm));
     file.tools.push_back(read_tools(arm, *file.cell.arms.back().arm.model));

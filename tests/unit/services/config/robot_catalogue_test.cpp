@@ -52,6 +52,26 @@ TEST(RobotCatalogue, CellFileWinsOverTheCatalogue) {
   EXPECT_TRUE(arm.named.contains("ready")) << "other poses of the catalogue stay";
 }
 
+// The second joint of its poses home and ready is at -1.5708 and -2.1.
+TEST(RobotCatalogue, NotesPosesOutsideNarrowerLimits) {
+  const auto notes_of = [](const std::string& more) {
+    std::string all;
+    for (const std::string& note : cell_of("arms:\n  - {name: left, robot: ur5e" + more + "}\n").notes)
+      all += note + "\n";
+    return all;
+  };
+  const std::string narrow = ", limits: {lower: [-6, -1, -3, -6, -6, -6]}";
+  const std::string both = notes_of(narrow);
+  EXPECT_NE(both.find("arms[0].limits: pose ready of the robot is outside of them and left out; widen them, or give "
+                      "poses.ready"),
+            std::string::npos)
+      << both;
+  EXPECT_NE(both.find("poses.home of arm left is missing: compact postures are chosen"), std::string::npos) << both;
+  const std::string given = notes_of(narrow + ", poses: {home: [0, -1, 1, -1.5708, -1.5708, 0]}");
+  EXPECT_EQ(given.find("pose home"), std::string::npos) << given;
+  EXPECT_EQ(notes_of("").find("left out"), std::string::npos);
+}
+
 TEST(RobotCatalogue, ArmWinsOverDefaults) {
   const CellFile file = cell_of(
       "defaults: {robot: panda}\narms:\n  - {name: left}\n  - {name: right, robot: ur5e, base: {xyz: [2, 0, 0]}}\n");
