@@ -270,7 +270,13 @@ void enclose_followers(const std::vector<Follower>& followers, const std::vector
     const std::set<int> joints = joints_of(steps);
     const std::string& name = model.links[geometry.link].name;
     if (joints.size() > 2) {
-      throw ModelError(path + ": link " + in_quotes(name) + " follows more than two joints; this is not supported");
+      std::string list;
+      for (const int joint : joints) {
+        const int range = joint - model.joints();
+        list += (list.empty() ? "" : ", ") + in_quotes(range < 0 ? model.joint_names[joint] : joint_names[range]);
+      }
+      throw ModelError(path + ": link " + in_quotes(name) + " moves with joints " + list + "; at most two may move it" +
+                       (ranges.empty() ? "" : ": give the others one position in place of a range"));
     }
     const auto hull = around_places(steps, limits, geometry.shape, geometry.X_LS);
     if (!hull) {

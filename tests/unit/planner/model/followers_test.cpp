@@ -170,6 +170,21 @@ TEST(JointsWithRanges, MustBeFreeToMoveThere) {
   EXPECT_NE(error("grap", {0.0, 0.1}).find("the robot has no such joint"), std::string::npos);
 }
 
+TEST(JointsWithRanges, AreAtMostTwoOfALink) {
+  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>)";
+  const std::string finger = rod_link("f1") + rod_link("f2") + rod_link("f3") +
+                             joint("k1", "revolute", "b", "f1", limit) + joint("k2", "revolute", "f1", "f2", limit) +
+                             joint("k3", "revolute", "f2", "f3", limit);
+  UrdfOptions options;
+  options.tool_link = "b";
+  options.moving_joints = {{"k1", {0.0, 0.5}}, {"k2", {0.0, 0.5}}, {"k3", {0.0, 0.5}}};
+  const std::string error = test::error_of(robot(kArm + finger), options);
+  EXPECT_NE(error.find("link 'f3' moves with joints 'k1', 'k2', 'k3'; at most two may move it: give the others one "
+                       "position in place of a range"),
+            std::string::npos)
+      << error;
+}
+
 TEST(Followers, AreRefusedFarAway) {
   EXPECT_NE(test::error_of(robot(kArm + rod_link("rod") +
                                  joint("jr", "prismatic", "base", "rod", R"(<mimic joint="j1" multiplier="1e6"/>)")))
