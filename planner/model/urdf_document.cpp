@@ -407,7 +407,7 @@ class UrdfChecker {
   }
 
   /// A drive with a safety controller stays within its soft limits, therefore plans must, too.
-  static void apply_soft_limits(XMLElement& joint, const std::string& where) {
+  void apply_soft_limits(XMLElement& joint, const std::string& where) {
     const XMLElement* safety = joint.FirstChildElement("safety_controller");
     XMLElement* limit = joint.FirstChildElement("limit");
     if (safety == nullptr || safety->Attribute("soft_lower_limit") == nullptr ||
@@ -430,6 +430,8 @@ class UrdfChecker {
     }
     if (soft_lower == lower) limit->SetAttribute("lower", safety->Attribute("soft_lower_limit"));
     if (soft_upper == upper) limit->SetAttribute("upper", safety->Attribute("soft_upper_limit"));
+    if (lower == hard_lower && upper == hard_upper) return;
+    softened_ += (softened_.empty() ? "" : ", ") + in_quotes(joint.Attribute("name"));
   }
 
   /// Checks axis and limits of a joint that moves.
@@ -519,6 +521,7 @@ class UrdfChecker {
       check_joint(*joint, name);
     }
     check_followers(robot);
+    if (!softened_.empty()) note("soft limits of safety controllers narrow the ranges of joints: " + softened_);
   }
 
   void check_tree() const {
@@ -548,6 +551,7 @@ class UrdfChecker {
   std::map<std::string, std::string> carried_by_;  // child link → joint
   std::map<std::string, std::vector<std::string>> children_;
   std::map<std::string, std::string> follows_;  // joint → the one that it mimics
+  std::string softened_;                        // joints
   UrdfDocument result_;
 };
 

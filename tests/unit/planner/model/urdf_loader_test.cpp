@@ -97,6 +97,7 @@ TEST(UrdfLoader, SoftLimitsTightenTheRange) {
   const auto model = load_text(robot(ball_link("base") + ball_link("a") + joint("j", "revolute", "base", "a", inside)));
   EXPECT_DOUBLE_EQ(model->limits.lower[0], -1.5);
   EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
+  EXPECT_TRUE(has_note(*model, "soft limits of safety controllers narrow the ranges of joints: 'j'"));
 }
 
 TEST(UrdfLoader, TakesNothingByUnsetSoftLimitsOrFromALockedJoint) {
@@ -109,6 +110,7 @@ TEST(UrdfLoader, TakesNothingByUnsetSoftLimitsOrFromALockedJoint) {
   ASSERT_EQ(model->joint_names, std::vector<std::string>{"j"});
   EXPECT_DOUBLE_EQ(model->limits.upper[0], 2.0);
   EXPECT_TRUE(has_note(*model, "joint 'held' is fixed"));
+  EXPECT_FALSE(has_note(*model, "soft limits"));
 }
 
 TEST(UrdfLoader, UsesTheDefaultVelocityOnlyWhenGiven) {
