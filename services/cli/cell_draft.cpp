@@ -289,7 +289,8 @@ std::string arm_text(const LoadedArm& loaded, const fs::path& folder) {
   }
   if (!loaded.base_link.empty()) {
     out << "    chain: [" << in_yaml_quotes(loaded.base_link) << ", " << in_yaml_quotes(draft.tool_link)
-        << "]   # joints above it move another arm, too, and are held at 0: set them with joints: {NAME: VALUE}\n";
+        << "]   # joints above it move another arm, too, and are held at 0 or the nearest limit: joints: {NAME: VALUE} "
+           "sets them\n";
   } else if (!draft.tool_link.empty()) {
     out << "    tool_link: " << in_yaml_quotes(draft.tool_link) << "\n";
   }
