@@ -199,7 +199,7 @@ ExitCode export_ros2(const Settings& settings, const BagOptions& options) {
   }
   print(settings, {{"folder", *options.folder}, {"topics", json}, {"findings", notes_json(recording->index.notes)}},
         table.text(Palette::for_stream(stdout)));
-  return ExitCode::kDone;
+  return recording->index.whole ? ExitCode::kDone : ExitCode::kNegative;  // its notes are printed
 }
 
 ExitCode export_bag(const Settings& settings, const BagOptions& options) {
@@ -250,6 +250,7 @@ void add_bag(CLI::App& app, Session& session) {
   exporter->add_flag("--csv", options->csv, "comma-separated values (RFC 4180), one row a message");
   exporter->add_flag("--ros2", options->ros2, "the topics of hecaton-ros2, for 'ros2 bag play' and Foxglove");
   exporter->footer(
+      "Exit code 1: a recording has no end or is damaged; what its CRCs prove is written. "
       "In CSV the first columns are the times of arrival and of writing [ns since 1970] and the writer. Then come the "
       "fields "
       "of the message; an enumerator is its number, counted from 0.");

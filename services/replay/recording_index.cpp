@@ -131,6 +131,7 @@ class Indexing {
       index_.notes.push_back(path + " has no end: its recorder was killed, had no room on the disk, or still writes");
     }
     for (const std::string& damage : report.damages) index_.notes.push_back(path + ": " + damage);
+    index_.whole = index_.whole && report.whole();
   }
 
   void refuse_useless(const std::vector<std::string>& paths) {

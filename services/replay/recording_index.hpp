@@ -45,6 +45,7 @@ struct RecordingIndex {
   std::vector<Mark> marks;              ///< by time
   /// What a reader must know, a sentence each: what is damaged, cut or left out. Empty: nothing.
   std::vector<std::string> notes;
+  bool whole = true;             ///< no file is damaged or cut
   bus::Clock::time_point begin;  ///< of the first message of the cell
   bus::Clock::time_point end;    ///< of the last one
 };

@@ -149,7 +149,9 @@ TEST_F(SimulatedRecording, IsExportedAsABagOfRos2) {
   ASSERT_EQ(exported.code, ExitCode::kDone) << exported.err;
   std::map<std::string, int> counts;
   const Json report = Json::parse(exported.out);
-  EXPECT_TRUE(report.at("findings").empty()) << exported.err;
+  for (const Json& finding : report.at("findings")) {
+    EXPECT_NE(exported.err.find(finding.at("sentence").get<std::string>()), std::string::npos) << exported.err;
+  }
   for (const Json& topic : report.at("topics")) counts[topic.at("topic")] = topic.at("messages");
   for (const char* once : {"/robot_description", "/tf_static", "/north/robot_description"}) {
     EXPECT_EQ(counts.at(once), 1) << once;
@@ -195,6 +197,18 @@ TEST_F(SimulatedRecording, IsExportedAsABagOfRos2) {
   EXPECT_EQ(again.err, "hecaton: " + bag + " exists already: name a folder that does not exist\n");
   EXPECT_EQ(content_of(bag + "/metadata.yaml"), before);
   EXPECT_EQ(run_line({"bag", "export", path_, "--ros2", "--csv", "-o", bag}).code, ExitCode::kUsage);
+}
+
+TEST_F(SimulatedRecording, WithoutItsEndIsExportedWithThatFinding) {
+  const std::string cut = folder_->path("cut.mcap");
+  std::filesystem::copy_file(path_, cut);
+  std::filesystem::resize_file(cut, std::filesystem::file_size(cut) - 20);  // of its footer
+  const Ran exported = run_line({"bag", "export", cut, "--ros2", "-o", folder_->path("cut_bag"), "--output", "json"});
+  EXPECT_EQ(exported.code, ExitCode::kNegative) << exported.err;
+  const Json findings = Json::parse(exported.out).at("findings");
+  EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [](const Json& finding) {
+    return finding.at("sentence").get<std::string>().find("has no end") != std::string::npos;
+  })) << findings;
 }
 
 TEST_F(SimulatedRecording, TellsTheGoalsAsTheReport) {
