@@ -65,6 +65,7 @@ try {
     const shot = await shootFresh(page, names);
     if (before && !names.some((name) => leftBy(name, shot, before).length > 0)) continue;
     shots.push({ ...shot, hues: await huesOf(page) });
+    console.log(`frame ${shots.length}`); // the test that started this waits for output
   }
   if (picture) await page.screenshot({ path: picture });
 
