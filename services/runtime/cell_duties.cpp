@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "services/runtime/cell_nodes.hpp"
+#include "services/security/keystore.hpp"
 
 namespace hecaton::services {
 namespace {

@@ -9,9 +9,6 @@
 
 namespace hecaton::services {
 
-/// The folder of an identity for persons who use `hecaton`. No service uses it.
-inline constexpr const char* kPeople = "people";
-
 struct HostDuties {
   std::string host;
   std::vector<Duty> duties;  ///< each role at most once, in the order of kRoles

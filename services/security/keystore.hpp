@@ -36,6 +36,9 @@ struct KeystoreError : std::runtime_error {
 /// The first six bytes of the GUIDs of an identity's participants, see bus::GuidBeginning.
 using GuidBeginning = std::array<std::uint8_t, 6>;
 
+/// In place of a host: the identities of persons who use `hecaton`. No service uses them.
+inline constexpr const char* kPeople = "people";
+
 /// Makes the authority of a new keystore. `folder` must not exist, or be empty.
 void create_keystore(const std::filesystem::path& folder, std::chrono::days validity);
 

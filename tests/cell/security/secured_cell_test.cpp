@@ -10,7 +10,6 @@
 #include <idl/recorder.h>
 
 #include "services/bus/endpoint.hpp"
-#include "services/runtime/cell_duties.hpp"
 #include "services/security/keystore.hpp"
 #include "tests/cell/cli/live_cell.hpp"
 #include "tests/support/temporary_folder.hpp"
