@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <system_error>
 
 #include <arpa/inet.h>
 #include <netdb.h>
@@ -110,23 +111,32 @@ std::vector<bus::Peer> peers_of(const config::CellFile& file, const std::vector<
   return peers;
 }
 
+namespace {
+
+[[noreturn]] void fail_without_identity(const config::CellFile& file, const std::string& host, Role role) {
+  const bool of_people = role == Role::kOperator || role == Role::kViewer;
+  const std::string owner = !host.empty() ? host : of_people ? kPeople : "HOST";
+  throw std::runtime_error(file.path + ": security.keystore = " + file.keystore + " has no identity of the role " +
+                           std::string(role_name(role)) + (host.empty() ? "" : " for host " + host) +
+                           "; make it with `hecaton keystore add DIR " + owner + " --for " + file.path +
+                           "` where the private key of the authority is, and copy DIR/enclaves/" + owner +
+                           " to this machine");
+}
+
+}  // namespace
+
 std::filesystem::path identity_of(const config::CellFile& file, const std::string& host, Role role) {
   if (file.keystore.empty()) return {};
   std::filesystem::path enclave = enclave_folder(file.keystore, host, role);
+  std::error_code unreadable;  // require_identity() says why
   if (host.empty()) {
     const auto all = identities_in(file.keystore);
     const auto first =
         std::find_if(all.begin(), all.end(), [&](const IdentityState& one) { return one.role == role_name(role); });
-    if (first == all.end()) {
-      throw std::runtime_error(file.path + ": security.keystore = " + file.keystore + " has no identity of a role " +
-                               std::string(role_name(role)) + "; `hecaton keystore add` makes it");
-    }
+    if (first == all.end()) fail_without_identity(file, host, role);
     enclave = enclave_folder(file.keystore, first->host, role);
-  } else if (!std::filesystem::exists(enclave)) {
-    throw std::runtime_error(file.path + ": security.keystore = " + file.keystore + " has no identity of a role " +
-                             std::string(role_name(role)) + " for host " + host + "; `hecaton keystore add DIR " +
-                             host + " --for " + file.path + "` makes it where the private key of the authority is: " +
-                             "then copy DIR/enclaves/" + host + " to this machine");
+  } else if (!std::filesystem::exists(enclave, unreadable) && !unreadable) {
+    fail_without_identity(file, host, role);
   }
   require_identity(enclave);
   return std::filesystem::absolute(enclave);

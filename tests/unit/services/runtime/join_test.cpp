@@ -1,10 +1,16 @@
-// The machines to which processes of a cell announce themselves.
+// The machines to which processes of a cell announce themselves, and their keys.
 #include "services/runtime/join.hpp"
 
+#include <chrono>
+#include <filesystem>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "services/security/keystore.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace hecaton::services {
 namespace {
@@ -59,6 +65,39 @@ TEST(PeersTest, IncludeFurtherMachines) {
 
 TEST(PeersTest, LeaveOutNamesThatCannotBeResolved) {
   EXPECT_EQ(peers("{discovery: unicast}", "{a: localhost, b: cell-b.invalid}"), (Peers{{"127.0.0.1", 10 + kSpare}}));
+}
+
+TEST(IdentityTest, MissingOneIsNamedWithTheCommandThatMakesIt) {
+  const test::TemporaryFolder folder;
+  const std::string keys = folder.path("keys");
+  const auto file = config::parse_cell_file(
+      "name: cell\nhosts: {a: 10.0.0.1}\nsecurity: {keystore: " + keys +
+          "}\ndefaults: {urdf: urdf/planar_2r.urdf, poses: {home: [0, 1]}}\narms: [{name: left}]\n",
+      std::string(HECATON_SOURCE_DIR) + "/tests/data/bad/inline.yaml");
+  create_keystore(keys, std::chrono::days(10));
+  add_identities(keys, "a", std::chrono::days(1), {{Role::kWorld, {}}});
+  const auto problem = [&](const std::string& host, Role role) -> std::string {
+    try {
+      static_cast<void>(identity_of(file, host, role));
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_EQ(identity_of(file, "a", Role::kWorld), enclave_folder(keys, "a", Role::kWorld));
+  EXPECT_EQ(identity_of(file, "", Role::kWorld), enclave_folder(keys, "a", Role::kWorld));
+  const std::string none = file.path + ": security.keystore = " + keys + " has no identity of the role ";
+  const auto advice = [&](const std::string& host) {
+    return "; make it with `hecaton keystore add DIR " + host + " --for " + file.path +
+           "` where the private key of the authority is, and copy DIR/enclaves/" + host + " to this machine";
+  };
+  EXPECT_EQ(problem("a", Role::kDriver), none + "driver for host a" + advice("a"));
+  EXPECT_EQ(problem("", Role::kOperator), none + "operator" + advice("people"));
+  EXPECT_EQ(problem("", Role::kPlanner), none + "planner" + advice("HOST"));
+
+  // An identity that lacks a file gives the name of the file.
+  std::filesystem::remove(enclave_folder(keys, "a", Role::kWorld) / "key.pem");
+  EXPECT_NE(problem("a", Role::kWorld).find("key.pem"), std::string::npos);
 }
 
 }  // namespace
