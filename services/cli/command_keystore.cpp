@@ -72,9 +72,15 @@ std::string duties_text(const std::vector<Duty>& duties) {
 }
 
 /// What the cell file places on the host that the options name, or on each. Throws Failure (bad input) for another
-/// host.
+/// host, and for a cell whose host has the name of the identities of persons.
 std::vector<HostDuties> wanted_duties(const KeystoreOptions& options) {
-  std::vector<HostDuties> all = duties_of(config::load_cell_file(options.cell));
+  const config::CellFile file = config::load_cell_file(options.cell);
+  for (const config::Host& host : file.hosts) {
+    if (host.name != kPeople) continue;
+    throw Failure(ExitCode::kBadInput, options.cell + ": hosts: '" + host.name +
+                                           "' must have another name; that one is of the identities of persons");
+  }
+  std::vector<HostDuties> all = duties_of(file);
   if (options.host.empty()) return all;
   std::vector<std::string_view> hosts;
   for (const HostDuties& one : all) hosts.emplace_back(one.host);
@@ -88,7 +94,7 @@ std::vector<HostDuties> wanted_duties(const KeystoreOptions& options) {
 
 ExitCode add_for_cell(const Settings& settings, const KeystoreOptions& options) {
   const std::vector<HostDuties> wanted = wanted_duties(options);
-  for (const HostDuties& one : wanted) require_names(options.folder, one.host, one.duties);
+  for (const HostDuties& one : wanted) require_addable(options.folder, one.host, one.duties);
   Json added = Json::array();
   Table table({{"host"}, {"roles (arms)"}});
   for (const HostDuties& one : wanted) {
@@ -220,7 +226,8 @@ void add_keystore(CLI::App& app, Session& session) {
           ->delimiter(',');
   addition
       ->add_option("--for", added->cell,
-                   "cell file: each host gets the roles and arms that it places there, persons get `people`")
+                   "cell file: each host gets the roles and arms that it places there, persons get `people`; none of "
+                   "these identities may exist")
       ->excludes(arms);
   add_validity(*addition, *added, 365);
   does(addition, added, add);

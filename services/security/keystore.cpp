@@ -51,6 +51,13 @@ void require_name(const fs::path& folder, const std::string& of, const std::stri
                       " has 1 to 63 letters, digits, '-', '_' and '.', and begins with no dot; it is \"" + name + "\"");
 }
 
+void require_names(const fs::path& folder, const std::string& host, const std::vector<Duty>& duties) {
+  require_name(folder, "a host", host);
+  for (const Duty& duty : duties) {
+    for (const std::string& arm : duty.arms) require_name(folder, "an arm", arm);
+  }
+}
+
 struct Authority {
   Certificate certificate;
   Key key;
@@ -213,23 +220,25 @@ void create_keystore(const fs::path& folder, std::chrono::days validity) {
   write_signed(governance_file(folder), governance_xml(), certificate.get(), key.get());
 }
 
-void require_names(const fs::path& folder, const std::string& host, const std::vector<Duty>& duties) {
-  require_name(folder, "a host", host);
+void require_addable(const fs::path& folder, const std::string& host, const std::vector<Duty>& duties) {
+  require_names(folder, host, duties);
   for (const Duty& duty : duties) {
-    for (const std::string& arm : duty.arms) require_name(folder, "an arm", arm);
+    const fs::path enclave = enclave_folder(folder, host, duty.role);
+    if (!fs::exists(enclave)) continue;
+    throw KeystoreError(enclave.string() + ": exists already; `hecaton keystore renew` makes new keys for " + host +
+                        "; for other roles or arms, use `hecaton keystore revoke` first");
   }
 }
 
 void add_identities(const fs::path& folder, const std::string& host, std::chrono::days validity,
                     const std::vector<Duty>& duties) {
-  require_names(folder, host, duties);
+  require_addable(folder, host, duties);
   make_identities(folder, host, validity, duties);
 }
 
 void add_host(const fs::path& folder, const std::string& host, std::chrono::days validity,
               const std::vector<std::string>& arms) {
-  std::vector<Duty> all;
-  for (const Role role : kRoles) all.push_back({role, arms});
+  const std::vector<Duty> all = all_duties(arms);
   require_names(folder, host, all);
   for (const Duty& present : duties_of(folder, host)) {
     if (!arms.empty() || present.arms.empty()) continue;

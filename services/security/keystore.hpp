@@ -50,12 +50,13 @@ void create_keystore(const std::filesystem::path& folder, std::chrono::days vali
 void add_host(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity,
               const std::vector<std::string>& arms = {});
 
-/// The same for these duties only; identities of other roles stay. Each role at most once.
+/// Makes identities for these duties only, and replaces none: see require_addable(). Each role at most once.
 void add_identities(const std::filesystem::path& folder, const std::string& host, std::chrono::days validity,
                     const std::vector<Duty>& duties);
 
-/// Throws when a host or an arm has a name that identities cannot have. Writes nothing.
-void require_names(const std::filesystem::path& folder, const std::string& host, const std::vector<Duty>& duties);
+/// Throws when add_identities() would refuse these duties: the host or an arm has a name that identities cannot have,
+/// or the host has an identity of one of these roles. Writes nothing.
+void require_addable(const std::filesystem::path& folder, const std::string& host, const std::vector<Duty>& duties);
 
 /// Makes new keys and certificates for the identities that a host has, for the same arms. The old ones stay valid until
 /// they expire.

@@ -98,6 +98,15 @@ std::string_view role_name(Role role) {
   return kNames[static_cast<std::size_t>(role)];
 }
 
+std::vector<Duty> all_duties(const std::vector<std::string>& arms) {
+  std::vector<Duty> duties;
+  for (const Role role : kRoles) {
+    const bool of_arms = role == Role::kPlanner || role == Role::kDriver;
+    duties.push_back({role, of_arms ? arms : std::vector<std::string>()});
+  }
+  return duties;
+}
+
 std::string governance_xml() {
   std::string text = R"(<?xml version="1.0" encoding="UTF-8"?>
 <dds>

@@ -25,6 +25,9 @@ struct Duty {
   bool operator==(const Duty&) const = default;
 };
 
+/// One duty of each role, in the order of kRoles. `arms`: of the planner and the driver; empty: all arms.
+[[nodiscard]] std::vector<Duty> all_duties(const std::vector<std::string>& arms = {});
+
 /// All datagrams are encrypted, and samples of all topics but streams of states once more. No participant joins without
 /// an identity, and permissions decide about each topic.
 [[nodiscard]] std::string governance_xml();

@@ -89,11 +89,25 @@ TEST(CommandLine, MakesTheKeysOfWhatACellFilePlacesOnEachHost) {
   const std::string keys = folder.path() / "keys";
   const std::string cell = std::string(HECATON_SOURCE_DIR) + "/deploy/cells/three_hosts.yaml";
   EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
+  expect_refusals({{{"keystore", "add", keys, "south-pc", "--for", cell},
+                    "HOST 'south-pc' must be one of north-pc, west-pc, east-pc, world-pc, supervisor-pc"},
+                   {{"keystore", "add", keys, "--for", cell, "--days", "4000"}, "give fewer --days"}},
+                  ExitCode::kBadInput);
+  EXPECT_TRUE(roles_in(keys).empty());
+  expect_refusals({{{"keystore", "add", keys}, "name a HOST"},
+                   {{"keystore", "add", keys, "north-pc", "--for", cell, "--arms", "north"}, "excludes"}},
+                  ExitCode::kUsage);
+
   const Ran one = run_line({"keystore", "add", keys, "north-pc", "--for", cell, "-o", "json"});
   EXPECT_EQ(one.code, ExitCode::kDone) << one.err;
   EXPECT_EQ(nlohmann::json::parse(one.out)["added"].size(), 1U) << one.out;
   const std::map<std::string, std::string> north{{"north-pc", "agent driver(north) planner(north)"}};
   EXPECT_EQ(roles_in(keys), north);
+  // No other host gets identities.
+  expect_refusals({{{"keystore", "add", keys, "--for", cell}, "north-pc/agent: exists already"}}, ExitCode::kBadInput);
+  EXPECT_EQ(roles_in(keys), north);
+  EXPECT_EQ(run_line({"keystore", "revoke", keys, "north-pc"}).code, ExitCode::kDone);
+
   const Ran all = run_line({"keystore", "add", keys, "--for", cell});
   EXPECT_EQ(all.code, ExitCode::kDone) << all.err;
   EXPECT_NE(all.out.find("agent, driver (west), planner (west)"), std::string::npos) << all.out;
@@ -104,20 +118,14 @@ TEST(CommandLine, MakesTheKeysOfWhatACellFilePlacesOnEachHost) {
                                                   {"supervisor-pc", "agent supervisor"},
                                                   {"people", "operator viewer"}};
   EXPECT_EQ(roles_in(keys), wanted);
-  expect_refusals({{{"keystore", "add", keys, "south-pc", "--for", cell},
-                    "HOST 'south-pc' must be one of north-pc, west-pc, east-pc, world-pc, supervisor-pc"}},
-                  ExitCode::kBadInput);
-  expect_refusals({{{"keystore", "add", keys}, "name a HOST"},
-                   {{"keystore", "add", keys, "north-pc", "--for", cell, "--arms", "north"}, "excludes"}},
-                  ExitCode::kUsage);
+  EXPECT_NE(all.out.find("crl.pem to each"), std::string::npos) << all.out;
 }
 
 // A standby needs the arms of its planner, and a page or a recorder what it reads and orders.
 TEST(CommandLine, MakesTheKeysOfStandbysPagesAndRecorders) {
   const test::TemporaryFolder folder;
-  const std::string keys = folder.path() / "keys";
   const std::string cell = folder.path() / "cell.yaml";
-  const auto write = [&](const std::string& view) {
+  const auto roles_with = [&](const std::string& view, const std::string& keys) {
     std::ofstream(cell) << "name: two\nhosts: {a: 10.0.0.1, b: 10.0.0.2}\n"
                            "supervision: {host: a, standby_host: b}\n"
                            "world: {host: a}\n"
@@ -127,18 +135,33 @@ TEST(CommandLine, MakesTheKeysOfStandbysPagesAndRecorders) {
                            "arms:\n"
                            "  - {name: north, host: a, standby_host: b, base: {xyz: [0, 0.8, 0]}}\n"
                            "  - {name: south, host: b, base: {xyz: [0, -0.8, 0]}}\n";
+    EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
     const Ran ran = run_line({"keystore", "add", keys, "--for", cell});
     EXPECT_EQ(ran.code, ExitCode::kDone) << ran.err;
+    return roles_in(keys);
   };
-  EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
-  write("view: {host: b, no_stop: true}\n");
   std::map<std::string, std::string> wanted{{"a", "agent driver(north) planner(north) supervisor world"},
                                             {"b", "agent driver(south) planner(north)(south) supervisor viewer"},
                                             {"people", "operator viewer"}};
-  EXPECT_EQ(roles_in(keys), wanted);
-  write("view: {host: b}\n");
+  EXPECT_EQ(roles_with("view: {host: b, no_stop: true}\n", folder.path("watching")), wanted);
   wanted["b"] = "agent driver(south) operator planner(north)(south) supervisor viewer";
-  EXPECT_EQ(roles_in(keys), wanted);
+  EXPECT_EQ(roles_with("view: {host: b}\n", folder.path("stopping")), wanted);
+  wanted["a"] = "agent driver(north) operator planner(north) supervisor viewer world";
+  wanted["b"] = "agent driver(south) planner(north)(south) supervisor viewer";
+  EXPECT_EQ(roles_with("ros2: {host: a}\n", folder.path("ros2")), wanted);
+}
+
+// Persons would get the keys of the services, and the host those of persons.
+TEST(CommandLine, RejectsKeysOfAHostThatIsCalledLikePersons) {
+  const test::TemporaryFolder folder;
+  const std::string keys = folder.path("keys");
+  const std::string cell = folder.write("cell.yaml",
+                                        "hosts: {people: 10.0.0.1}\ndefaults: {robot: ur5e}\n"
+                                        "arms: [{name: north}]\n");
+  EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
+  expect_refusals({{{"keystore", "add", keys, "--for", cell}, "hosts: 'people' must have another name"}},
+                  ExitCode::kBadInput);
+  EXPECT_TRUE(roles_in(keys).empty());
 }
 
 TEST(CommandLine, RejectsInvalidValues) {

@@ -262,6 +262,37 @@ TEST_F(Keystore, KeepsTheArmsOfAHostWhenItIsRenewed) {
             std::string::npos);
 }
 
+TEST_F(Keystore, ReplacesNoIdentityByOneForOtherDuties) {
+  const std::vector<Duty> first{{Role::kDriver, {"north"}}};
+  const std::vector<Duty> more{{Role::kWorld, {}}, {Role::kDriver, {"west"}}};
+  add_identities(keystore_, "north-pc", days(10), first);
+  const fs::path driver = enclave_folder(keystore_, "north-pc", Role::kDriver);
+  const std::string key = content(driver / "key.pem");
+  for (const auto& refused : {refusal([&] { require_addable(keystore_, "north-pc", more); }),
+                              refusal([&] { add_identities(keystore_, "north-pc", days(10), more); })}) {
+    EXPECT_EQ(refused, driver.string() +
+                           ": exists already; `hecaton keystore renew` makes new keys for north-pc; for other roles or "
+                           "arms, use `hecaton keystore revoke` first");
+  }
+  EXPECT_EQ(identities_in(keystore_).size(), 1U);
+  EXPECT_EQ(content(driver / "key.pem"), key);
+  require_addable(keystore_, "south-pc", more);
+
+  revoke_host(keystore_, "north-pc");
+  add_identities(keystore_, "north-pc", days(10), more);
+  EXPECT_EQ(identities_in(keystore_).size(), 2U);
+  EXPECT_EQ(use("north-pc", Role::kDriver), "done");
+}
+
+TEST(Permissions, AllDutiesGiveArmsToPlannersAndDriversOnly) {
+  const std::vector<std::string> arms{"north"};
+  const std::vector<Duty> wanted{{Role::kAgent, {}},    {Role::kSupervisor, {}}, {Role::kWorld, {}},
+                                 {Role::kDriver, arms}, {Role::kPlanner, arms},  {Role::kOperator, {}},
+                                 {Role::kViewer, {}}};
+  EXPECT_EQ(all_duties(arms), wanted);
+  for (const Duty& duty : all_duties()) EXPECT_TRUE(duty.arms.empty()) << role_name(duty.role);
+}
+
 TEST_F(Keystore, MakesIdentitiesForSomeDutiesAndKeepsTheOthers) {
   add_identities(keystore_, "north-pc", days(10), {{Role::kDriver, {"north"}}, {Role::kPlanner, {"north", "west"}}});
   add_identities(keystore_, "north-pc", days(10), {{Role::kWorld, {}}});
