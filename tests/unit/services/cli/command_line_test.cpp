@@ -156,7 +156,7 @@ TEST(CommandLine, RejectsKeysOfAHostThatIsCalledLikePersons) {
   const test::TemporaryFolder folder;
   const std::string keys = folder.path("keys");
   const std::string cell = folder.write("cell.yaml",
-                                        "hosts: {people: 10.0.0.1}\ndefaults: {robot: ur5e}\n"
+                                        "name: one\nhosts: {people: 10.0.0.1}\ndefaults: {robot: ur5e}\n"
                                         "arms: [{name: north}]\n");
   EXPECT_EQ(run_line({"keystore", "create", keys}).code, ExitCode::kDone);
   expect_refusals({{{"keystore", "add", keys, "--for", cell}, "hosts: 'people' must have another name"}},

@@ -60,7 +60,7 @@ TEST(RobotCatalogue, NotesPosesOutsideNarrowerLimits) {
       all += note + "\n";
     return all;
   };
-  const std::string narrow = ", limits: {lower: [-6, -1, -3, -6, -6, -6]}";
+  const std::string narrow = ", limits: {lower: [-6, -1, -2.8, -6, -6, -6]}";
   const std::string both = notes_of(narrow);
   EXPECT_NE(both.find("arms[0].limits: pose ready of the robot is outside of them and left out; widen them, or give "
                       "poses.ready"),
