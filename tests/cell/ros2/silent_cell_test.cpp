@@ -1,5 +1,7 @@
 /// The servers of hecaton-ros2 in a cell whose planners and supervisor are silent.
 
+#include "tests/cell/ros2/silent_cell.hpp"
+
 #include <atomic>
 #include <deque>
 #include <future>
@@ -10,7 +12,6 @@
 #include "services/ros2/control.hpp"
 #include "services/ros2/planner_watch.hpp"
 #include "services/runtime/cause.hpp"
-#include "tests/cell/ros2/silent_cell.hpp"
 
 namespace hecaton::test {
 namespace {
